@@ -1,0 +1,139 @@
+"""The aerodynamic tables of SPEC sections 5 and 10.4-10.5, evaluated at their breakpoints.
+
+The data file holds a table as Chebyshev coefficients over the variable in which it is a polynomial (sideslip or a
+normalised rate), scaled to [-1, 1]:
+
+    value(.., x_i, ..) = sum_k c_k(..) T_k(x_i / x_max)
+
+and only the coefficients that are not zero, with one presence bit each. The polynomial is evaluated at the
+breakpoints alone; between them every table is multilinear (SPEC 1). `gtm_fmu.airframe.refit` writes the file.
+"""
+
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from gtm_fmu.airframe.names import COEFFICIENTS
+from gtm_fmu.errors import InputError
+
+DATA_FILE = Path(__file__).parent / "data" / "aerodynamics.npz"
+
+LONGITUDINAL = ("CX", "CZ", "Cm")
+LATERAL = ("CY", "Cl", "Cn")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Shape and stored form of one table.
+
+    Attributes:
+        axes: names of the axes in the order of the database; the component axis follows last.
+        components: names along the last axis.
+        fitted: the axis in which the table is a polynomial; None if the values are stored as they are.
+        degree: largest degree of that polynomial.
+        has_tabulated_entries: some lines along the fitted axis are no polynomials and are stored as values.
+        labels: what the positions of an axis without breakpoints mean.
+    """
+
+    axes: tuple[str, ...]
+    components: tuple[str, ...]
+    fitted: str | None = None
+    degree: int = 5
+    has_tabulated_entries: bool = False
+    labels: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+
+
+_CASES = {"damage_case": (1, 2, 3, 4, 5, 6)}
+_CASES_AND_RATES = {**_CASES, "rate": ("p", "q", "r")}
+
+LAYOUTS: dict[str, Layout] = {
+    "C6_bas": Layout(("alpha", "beta"), COEFFICIENTS, "beta"),
+    "dC6_rud": Layout(("alpha", "beta", "rud"), COEFFICIENTS, "beta"),
+    "dC6_ail": Layout(("alpha", "beta", "ail"), COEFFICIENTS, "beta", has_tabulated_entries=True),
+    "dC3_ele": Layout(("alpha", "beta", "stab", "elev"), LONGITUDINAL, "beta"),
+    "dC6_spo": Layout(("alpha", "beta", "spo"), COEFFICIENTS, "beta"),
+    "dC3_lgr": Layout(("alpha", "gear"), LONGITUDINAL, labels={"gear": (0, 1)}),
+    "dC3_p": Layout(("alpha", "phat"), LATERAL, "phat"),
+    "dC3_q": Layout(("alpha", "qhat"), LONGITUDINAL, "qhat"),
+    "dC3_r": Layout(("alpha", "rhat"), LATERAL, "rhat"),
+    "dC6_w": Layout(("alpha", "what", "beta"), COEFFICIENTS, "beta"),
+    "flaps": Layout(("panel",), COEFFICIENTS, labels={"panel": ("flaplob", "flaplib", "flaprib", "flaprob")}),
+    # No low-order polynomials (SPEC 12): degree 12 through the 13 breakpoints is the interpolating, so exact, form.
+    "dC6_damage.bas": Layout(("alpha", "beta", "damage_case"), COEFFICIENTS, "beta", degree=12, labels=_CASES),
+    "dC6_damage.ddscale": Layout(("alpha", "damage_case", "rate"), COEFFICIENTS, labels=_CASES_AND_RATES),
+    "dC6_damage.ddinc": Layout(("alpha", "damage_case", "rate"), COEFFICIENTS, labels=_CASES_AND_RATES),
+}
+"""Every table of the database but dC3_sym, which is identically zero (SPEC 5.1). Names as in the database."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table of the database.
+
+    Attributes:
+        name: as in the database.
+        axis_names: one a lookup axis.
+        axes: breakpoints in deg (alpha, beta, deflections) or of a normalised rate; labels for gear, damage case,
+            rate and panel.
+        components: coefficients along the last axis, body axes.
+        values: shape (*[len(axis) for axis in axes], len(components)); per deg of deflection for `flaps`.
+    """
+
+    name: str
+    axis_names: tuple[str, ...]
+    axes: tuple[np.ndarray, ...]
+    components: tuple[str, ...]
+    values: np.ndarray
+
+    def axis(self, name: str) -> np.ndarray:
+        """Breakpoints of the axis of that name."""
+        return self.axes[self.axis_names.index(name)]
+
+
+def load_tables(path: Path | str | None = None) -> dict[str, Table]:
+    """Every table of `LAYOUTS`, by name; without a path from the file that the package carries.
+
+    Error against the database: below 1e-12 at every breakpoint (docs/aerodynamic-data.md).
+    """
+    path = DATA_FILE if path is None else Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as members:
+            return {name: _decode(name, layout, members) for name, layout in LAYOUTS.items()}
+    except FileNotFoundError:
+        raise InputError(
+            f"There is no aerodynamic data file {path}: write one with python -m gtm_fmu.airframe.refit."
+        ) from None
+    except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"{path} is not an aerodynamic data file ({error}): write one with python -m gtm_fmu.airframe.refit."
+        ) from error
+
+
+def _decode(name: str, layout: Layout, members: Mapping[str, np.ndarray]) -> Table:
+    axes = tuple(
+        np.array(layout.labels[axis]) if axis in layout.labels else members[f"{name}/{axis}"] for axis in layout.axes
+    )
+    shape = (*(len(axis) for axis in axes), len(layout.components))
+    if layout.fitted is None:
+        values = members[f"{name}/values"].reshape(shape)
+    else:
+        fitted = layout.axes.index(layout.fitted)
+        lines = shape[:fitted] + shape[fitted + 1 :]
+        present = _unpack(members[f"{name}/present"], (layout.degree + 1, *lines))
+        coefficients = np.zeros(present.shape)
+        coefficients[present] = members[f"{name}/coefficients"]
+        along_line = chebyshev.chebval(axes[fitted] / np.abs(axes[fitted]).max(), coefficients)
+        if layout.has_tabulated_entries:
+            along_line[_unpack(members[f"{name}/tabulated"], lines)] = members[f"{name}/tabulated_values"]
+        values = np.ascontiguousarray(np.moveaxis(along_line, -1, fitted))
+    values.setflags(write=False)
+    return Table(name, layout.axes, axes, layout.components, values)
+
+
+def _unpack(bits: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    return np.unpackbits(bits, count=int(np.prod(shape))).astype(bool).reshape(shape)
