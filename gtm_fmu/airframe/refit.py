@@ -14,7 +14,7 @@ import tempfile
 import zipfile
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.io import loadmat
@@ -26,7 +26,7 @@ TOLERANCE = 1e-12
 """Largest residual allowed at a breakpoint."""
 
 NOISE = 1e-13
-"""A coefficient below it is rounding of the database (largest found: 2e-14), the smallest real one is above 1e-10."""
+"""Smaller coefficients are rounding and not stored: it stays below 3e-16, the smallest real one is 1.5e-7."""
 
 
 def read_database(path: Path | str) -> dict[str, tuple[dict[str, np.ndarray], np.ndarray]]:
@@ -53,7 +53,12 @@ def _read_table(database: dict[str, Any], name: str, layout: Layout) -> tuple[di
     if "panel" in layout.axes:
         return {}, np.array([entry[panel] for panel in layout.labels["panel"]], dtype=float)
     breakpoints = {axis: np.asarray(entry[axis], dtype=float) for axis in layout.axes if axis not in layout.labels}
-    return breakpoints, np.asarray(entry["data"], dtype=float)
+    values = np.asarray(entry["data"], dtype=float)
+    sizes = {axis: len(points) for axis, points in {**layout.labels, **breakpoints}.items()}
+    shape = (*(sizes[axis] for axis in layout.axes), len(layout.components))
+    if values.shape != shape:
+        raise ValueError(f"{name} has shape {values.shape} instead of {shape}")
+    return breakpoints, values
 
 
 def least_squares_operator(points: np.ndarray, degree: int) -> np.ndarray:
@@ -115,18 +120,19 @@ def write_members(path: Path, members: dict[str, np.ndarray]) -> None:
             archive.writestr(info, buffer.getvalue())
 
 
-def form(layout: Layout, tabulated: int) -> str:
-    """How a table is stored, in words."""
-    if layout.fitted is None:
-        return "values"
-    text = f"degree <= {layout.degree} in {layout.fitted}"
-    return f"{text}; {tabulated} lines as values" if tabulated else text
+class Refit(NamedTuple):
+    """One table of the data file: how it is stored, in how many numbers, and how far it is from the database."""
+
+    table: str
+    form: str
+    numbers: int
+    residual: float
 
 
-def refit(database: Path | str, output: Path | str = DATA_FILE) -> list[tuple[str, str, int, float]]:
-    """Writes the data file and returns (table, form, stored numbers, largest residual) of each table.
+def refit(database: Path | str, output: Path | str = DATA_FILE) -> list[Refit]:
+    """Writes the data file and returns its account, table by table.
 
-    The residual is that of the written file, read back by `load_tables`, at every breakpoint. Nothing replaces
+    The residuals are those of the written file, read back by `load_tables`, at every breakpoint. Nothing replaces
     `output` unless all of them are within `TOLERANCE`.
     """
     source, output = read_database(database), Path(output)
@@ -135,25 +141,34 @@ def refit(database: Path | str, output: Path | str = DATA_FILE) -> list[tuple[st
         with tempfile.TemporaryDirectory(dir=output.parent) as folder:
             draft = Path(folder) / output.name
             write_members(draft, {key: array for table in members.values() for key, array in table.items()})
-            report = []
-            for name, table in load_tables(draft).items():
-                stored = [
-                    members[name].get(f"{name}/{kind}") for kind in ("values", "coefficients", "tabulated_values")
-                ]
-                tabulated = 0 if stored[2] is None else len(stored[2])
-                residual = float(np.abs(table.values - source[name][1]).max())
-                report.append(
-                    (name, form(LAYOUTS[name], tabulated), sum(a.size for a in stored if a is not None), residual)
-                )
-            failed = [name for name, _, _, residual in report if not residual <= TOLERANCE]
+            written = load_tables(draft)
+            account = [
+                _account(name, members[name], float(np.abs(written[name].values - values).max()))
+                for name, (_, values) in source.items()
+            ]
+            failed = [entry.table for entry in account if not entry.residual <= TOLERANCE]
             if failed:
                 raise InputError(
-                    f"{database} differs from the form of its refit by more than {TOLERANCE:g} in {', '.join(failed)}."
+                    f"The stored form misses {database} by more than {TOLERANCE:g} in {', '.join(failed)}; "
+                    "give the polynomial-fit database, version 0.2."
                 )
             os.replace(draft, output)
     except OSError as error:
-        raise InputError(f"The data file {output} cannot be written: {error.strerror or error}.") from error
-    return report
+        raise InputError(
+            f"The data file {output} cannot be written ({error.strerror or error}); give a file in a writable folder."
+        ) from error
+    return account
+
+
+def _account(name: str, members: dict[str, np.ndarray], residual: float) -> Refit:
+    layout = LAYOUTS[name]
+    if layout.fitted is None:
+        return Refit(name, "values", members[f"{name}/values"].size, residual)
+    form, numbers = f"degree <= {layout.degree} in {layout.fitted}", members[f"{name}/coefficients"].size
+    if layout.has_tabulated_entries:
+        tabulated = members[f"{name}/tabulated_values"]
+        form, numbers = f"{form}; {len(tabulated)} lines as values", numbers + tabulated.size
+    return Refit(name, form, numbers, residual)
 
 
 def main() -> None:
@@ -163,13 +178,12 @@ def main() -> None:
     parser.add_argument("--output", default=DATA_FILE, help="data file to write (default: the one the package carries)")
     arguments = parser.parse_args()
     try:
-        report = refit(arguments.database, arguments.output)
+        account = refit(arguments.database, arguments.output)
     except InputError as error:
         parser.exit(2, f"{error}\n")
     print(f"{'table':<20}{'form':<42}{'numbers':>8}{'residual':>11}")
-    for name, text, numbers, residual in report:
-        print(f"{name:<20}{text:<42}{numbers:>8}{residual:>11.1e}")
-    print(f"{'dC3_sym':<20}{'identically zero, not stored':<42}{0:>8}{0:>11.1e}")
+    for table, form, numbers, residual in [*account, Refit("dC3_sym", "identically zero, not stored", 0, 0.0)]:
+        print(f"{table:<20}{form:<42}{numbers:>8}{residual:>11.1e}")
     print(f"{Path(arguments.output).stat().st_size} bytes in {arguments.output}")
 
 

@@ -108,9 +108,9 @@ def load_tables(path: Path | str | None = None) -> dict[str, Table]:
         raise InputError(
             f"There is no aerodynamic data file {path}: write one with python -m gtm_fmu.airframe.refit."
         ) from None
-    except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
         raise InputError(
-            f"{path} is not an aerodynamic data file ({error}): write one with python -m gtm_fmu.airframe.refit."
+            f"{path} is damaged or no aerodynamic data file: write one with python -m gtm_fmu.airframe.refit."
         ) from error
 
 
