@@ -1,0 +1,109 @@
+"""Rigid body over a flat earth: accelerations, kinematics and outputs (SPEC 7 and 8)."""
+
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from gtm_fmu.airframe import airdata
+from gtm_fmu.airframe.aerodynamics import aerodynamic_loads
+from gtm_fmu.airframe.airdata import AirData
+from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
+from gtm_fmu.airframe.engines import Engine, engine, engine_loads
+from gtm_fmu.airframe.mass import MassProperties
+from gtm_fmu.units import DEG_PER_RAD
+
+NAVIGATION_RADIUS_FT = 6.37043246e6 / 0.3048  # SPEC 1, R_e
+LOAD_FACTOR_G = 32.174  # ft/s^2, of the accelerometer readings only (SPEC 8)
+
+
+class Attitude(NamedTuple):
+    """Sines and cosines of the Euler angles."""
+
+    sin_phi: ca.SX
+    cos_phi: ca.SX
+    sin_theta: ca.SX
+    cos_theta: ca.SX
+    sin_psi: ca.SX
+    cos_psi: ca.SX
+
+
+def attitude(phi, theta, psi) -> Attitude:
+    """Attitude of Euler angles in rad."""
+    return Attitude(ca.sin(phi), ca.cos(phi), ca.sin(theta), ca.cos(theta), ca.sin(psi), ca.cos(psi))
+
+
+def down(att: Attitude):
+    """Unit vector (3) of gravity in body axes: the last column of the direction cosine matrix."""
+    return ca.vertcat(-att.sin_theta, att.sin_phi * att.cos_theta, att.cos_phi * att.cos_theta)
+
+
+def earth_velocity(velocity, att: Attitude):
+    """North, east and down components (3) of a body-axis velocity (SPEC 2)."""
+    u, v, w = ca.vertsplit(velocity)
+    level = att.sin_phi * v + att.cos_phi * w
+    forward = att.cos_theta * u + att.sin_theta * level
+    right = att.cos_phi * v - att.sin_phi * w
+    return ca.vertcat(
+        att.cos_psi * forward - att.sin_psi * right,
+        att.sin_psi * forward + att.cos_psi * right,
+        att.cos_theta * level - att.sin_theta * u,
+    )
+
+
+def accelerations(velocity, rates, att: Attitude, flow: AirData, C, engines: tuple[Engine, Engine], mass: MassProperties):
+    """Derivatives (6) of body velocity (ft/s^2) and body rates (rad/s^2) (SPEC 7)."""
+    aero_force, aero_moment = aerodynamic_loads(C, flow, mass)
+    thrust_force, thrust_moment = engine_loads(*engines, rates, mass)
+    force = aero_force + thrust_force
+    moment = aero_moment + thrust_moment
+    linear = force / mass.mass + GRAVITY * down(att) - ca.cross(rates, velocity)
+    angular = ca.DM(np.linalg.inv(mass.inertia)) @ (moment - ca.cross(rates, ca.DM(mass.inertia) @ rates))
+    return ca.vertcat(linear, angular)
+
+
+def state_derivatives(x, u, C, mass: MassProperties):
+    """Derivatives (12) of the state x (12) under controls u (4) with total coefficients C (6) (SPEC 7)."""
+    velocity, rates = x[:3], x[3:6]
+    latitude, altitude = x[6], x[8]
+    att = attitude(x[9], x[10], x[11])
+    flow = airdata.from_velocity(velocity, atmosphere(altitude))
+    north, east, sink = ca.vertsplit(earth_velocity(velocity, att))
+    p, q, r = ca.vertsplit(rates)
+    turning = q * att.sin_phi + r * att.cos_phi
+    both = engine(u[3], flow)
+    return ca.vertcat(
+        accelerations(velocity, rates, att, flow, C, (both, both), mass),
+        north / (NAVIGATION_RADIUS_FT + altitude),
+        east / ((NAVIGATION_RADIUS_FT + altitude) * ca.cos(latitude)),
+        -sink,
+        p + att.sin_theta / att.cos_theta * turning,
+        q * att.cos_phi - r * att.sin_phi,
+        turning / att.cos_theta,
+    )
+
+
+def outputs(x, u, C, mass: MassProperties):
+    """Outputs in the order of `names.OUTPUTS` (SPEC 8)."""
+    velocity, rates = x[:3], x[3:6]
+    att = attitude(x[9], x[10], x[11])
+    flow = airdata.from_velocity(velocity, atmosphere(x[8]))
+    north, east, sink = ca.vertsplit(earth_velocity(velocity, att))
+    track = ca.atan2(east, north) * DEG_PER_RAD
+    both = engine(u[3], flow)
+    linear = accelerations(velocity, rates, att, flow, C, (both, both), mass)[:3]
+    return ca.vertcat(
+        flow.tas_kt,
+        flow.eas_kt,
+        flow.alpha * DEG_PER_RAD,
+        flow.beta * DEG_PER_RAD,
+        flow.mach,
+        flow.dynamic_pressure,
+        ca.atan2(-sink, ca.sqrt(north**2 + east**2)) * DEG_PER_RAD,
+        ca.if_else(track < 0, track + 360, track),
+        (linear + ca.cross(rates, velocity)) / LOAD_FACTOR_G - down(att),
+        both.thrust,
+        both.thrust,
+        both.rotor_speed,
+        both.rotor_speed,
+    )

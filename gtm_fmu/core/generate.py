@@ -1,0 +1,113 @@
+"""Generated C of the core: the airframe's CasADi functions and the aerodynamic tables.
+
+Runs when the package is built (`setup.py`); nothing is generated or compiled later.
+"""
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from gtm_fmu.airframe import airdata, motion, steady_manoeuvre
+from gtm_fmu.airframe.aerodynamics import lookup_arguments
+from gtm_fmu.airframe.atmosphere import Atmosphere, atmosphere
+from gtm_fmu.airframe.folding import FoldedTables, folded_tables
+from gtm_fmu.airframe.mass import mass_properties
+from gtm_fmu.airframe.names import COEFFICIENTS, CONTROLS, LOOKUPS, OUTPUTS, STATES, TRIM_UNKNOWNS
+
+STUDY_MASS = mass_properties()  # full fuel, no damage (SPEC 9)
+
+
+def airframe_functions() -> list[ca.Function]:
+    """CasADi functions of the core; C (6) and its slopes T (6, 9) come from the table kernel."""
+    x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(CONTROLS))
+    C = ca.SX.sym("C", len(COEFFICIENTS))
+    T = ca.SX.sym("T", len(COEFFICIENTS), len(LOOKUPS))
+    xu = ca.vertcat(x, u)
+    K = lookup_arguments(airdata.from_velocity(x[:3], atmosphere(x[8])), x[3:6], u[:3])
+    dx = motion.state_derivatives(x, u, C, STUDY_MASS)
+    y = motion.outputs(x, u, C, STUDY_MASS)
+
+    t, gamma, rho, pressure_ratio = ca.SX.sym("t", len(TRIM_UNKNOWNS)), *(ca.SX.sym(n) for n in ("gamma", "rho", "pr"))
+    condition = ca.vertcat(gamma, rho, pressure_ratio)
+    air = Atmosphere(rho, pressure_ratio, ca.SX(1))  # a trim does not ask for the speed of sound
+    steady = steady_manoeuvre.steady_manoeuvre(t, gamma, air)
+    K_trim = lookup_arguments(steady.flow, steady.rates, t[5:8])
+    F = steady_manoeuvre.trim_residual(t, gamma, air, C, STUDY_MASS)
+
+    altitude = ca.SX.sym("altitude")
+    at_altitude = atmosphere(altitude)
+    steady_state = ca.vertcat(steady.velocity, steady.rates, 0, 0, altitude, t[4], steady.theta, 0)
+
+    def function(name: str, arguments: list, results: list) -> ca.Function:
+        return ca.Function(name, arguments, [ca.densify(result) for result in results])
+
+    def total_slope(result, arguments, wrt):
+        """Jacobian of a result through the look-ups too; transposed, so that C sees rows."""
+        return (ca.jacobian(result, wrt) + ca.jacobian(result, C) @ T @ ca.jacobian(arguments, wrt)).T
+
+    return [
+        function("cas_lookup", [x, u], [K]),
+        function("cas_derivatives", [x, u, C], [dx]),
+        function("cas_jacobian", [x, u, C, T.T], [dx, total_slope(dx, K, xu)]),
+        function("cas_outputs", [x, u, C], [y]),
+        function("cas_outputs_jacobian", [x, u, C, T.T], [y, total_slope(y, K, xu)]),
+        function("cas_trim_lookup", [t, condition], [K_trim]),
+        function("cas_trim_residual", [t, condition, C], [F]),
+        function("cas_trim_jacobian", [t, condition, C, T.T], [F, total_slope(F, K_trim, t)]),
+        function("cas_trim_state", [t, gamma, altitude], [steady_state]),
+        function("cas_atmosphere", [altitude], [at_altitude.density, at_altitude.pressure_ratio]),
+    ]
+
+
+def write_airframe(folder: Path) -> None:
+    """Write airframe.c and airframe.h: plain C99 of `airframe_functions`."""
+    generator = ca.CodeGenerator("airframe.c", {"with_header": True, "casadi_int": "int", "include_math": True})
+    for function in airframe_functions():
+        generator.add(function)
+    generator.generate(f"{folder}/")
+
+
+def _cells(axis: np.ndarray) -> tuple[float, list[int]]:
+    """Inverse width of uniform cells that hold at most one breakpoint each, and the interval at each cell's start."""
+    width = float(np.diff(axis).min()) * (1 - 1e-9)
+    starts = axis[0] + width * np.arange(int((axis[-1] - axis[0]) / width) + 1)
+    intervals = np.clip(np.searchsorted(axis, starts, side="right") - 1, 0, len(axis) - 2)
+    return 1 / width, intervals.tolist()
+
+
+def _c_array(name: str, values: np.ndarray) -> str:
+    numbers = ",\n".join(", ".join(repr(float(v)) for v in row) for row in np.reshape(values, (-1, 8)))
+    return f"const double {name}[{values.size}] = {{\n{numbers}}};\n"
+
+
+def _padded(values: np.ndarray, width: int) -> np.ndarray:
+    """Components padded with zeros to a vector-friendly width."""
+    return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, width - values.shape[-1])])
+
+
+def write_tables(folder: Path, tables: FoldedTables) -> None:
+    """Write tables.c: axes with their search cells, and values as the kernel `table.c` lays them out."""
+    text = ['#include "table.h"\n']
+    axes = {name: getattr(tables, f"{name}_deg") for name in ("elevator", "aileron", "rudder")}
+    axes |= {name: getattr(tables, name) for name in ("alpha", "beta", "p_hat", "q_hat", "r_hat", "omega_hat")}
+    for name, axis in axes.items():
+        inverse_width, cells = _cells(axis)
+        text.append(f"static const double {name}_points[] = {{{', '.join(repr(float(v)) for v in axis)}}};\n")
+        text.append(f"static const unsigned char {name}_cells[] = {{{', '.join(map(str, cells))}}};\n")
+        text.append(
+            f"const gtm_axis gtm_{name}_axis = "
+            f"{{{len(axis)}, {len(cells)}, {inverse_width!r}, {name}_points, {name}_cells}};\n"
+        )
+    values = {name: getattr(tables, name) for name in ("basic", "elevator", "aileron", "rudder", "p", "q", "r")}
+    values["omega"] = np.swapaxes(tables.omega, 1, 2)  # omega_hat innermost, as a deflection in the other tables
+    for name, table in values.items():
+        text.append(_c_array(f"gtm_{name}_table", _padded(table, 8 if table.shape[-1] == len(COEFFICIENTS) else 4)))
+    (folder / "tables.c").write_text("".join(text))
+
+
+def generate(folder: Path) -> None:
+    """Write all generated C into ``folder``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_airframe(folder)
+    write_tables(folder, folded_tables())

@@ -1,0 +1,55 @@
+"""Build step of the compiled core: generate its C from the airframe, compile it into one plain shared library."""
+
+import sys
+from pathlib import Path
+
+from setuptools import Extension, setup
+from setuptools.command.bdist_wheel import bdist_wheel
+from setuptools.command.build_ext import build_ext
+
+ROOT = Path(__file__).parent
+CORE = ROOT / "gtm_fmu" / "core"
+LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
+class BuildCore(build_ext):
+    """A shared library that no Python is linked into: FMUs load it with ctypes from any host."""
+
+    def run(self):
+        sys.path.insert(0, str(ROOT))
+        from gtm_fmu.core.generate import generate
+
+        generate(CORE / "generated")
+        super().run()
+
+    def get_ext_filename(self, fullname):
+        return str(Path(*fullname.split("."))) + LIBRARY_SUFFIX
+
+    def get_export_symbols(self, ext):
+        return []
+
+
+class PlatformWheel(bdist_wheel):
+    """The library depends on the platform but not on the Python version."""
+
+    def get_tag(self):
+        return "py3", "none", super().get_tag()[2]
+
+
+setup(
+    ext_modules=[
+        Extension(
+            "gtm_fmu.core.gtm_core",
+            sources=[
+                "gtm_fmu/core/motion.c",
+                "gtm_fmu/core/table.c",
+                "gtm_fmu/core/generated/airframe.c",
+                "gtm_fmu/core/generated/tables.c",
+            ],
+            include_dirs=["gtm_fmu/core"],
+            depends=["gtm_fmu/core/gtm_core.h", "gtm_fmu/core/table.h"],
+            extra_compile_args=[] if sys.platform == "win32" else ["-std=c99", "-O2", "-fvisibility=hidden"],
+        )
+    ],
+    cmdclass={"build_ext": BuildCore, "bdist_wheel": PlatformWheel},
+)
