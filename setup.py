@@ -43,11 +43,14 @@ setup(
             sources=[
                 "gtm_fmu/core/motion.c",
                 "gtm_fmu/core/table.c",
+                "gtm_fmu/core/trim.c",
+                "gtm_fmu/core/manifold.c",
+                "gtm_fmu/core/linear_program.c",
                 "gtm_fmu/core/generated/airframe.c",
                 "gtm_fmu/core/generated/tables.c",
             ],
             include_dirs=["gtm_fmu/core"],
-            depends=["gtm_fmu/core/gtm_core.h", "gtm_fmu/core/table.h"],
+            depends=["gtm_fmu/core/gtm_core.h", "gtm_fmu/core/table.h", "gtm_fmu/core/solver.h"],
             extra_compile_args=[] if sys.platform == "win32" else ["-std=c99", "-O2", "-fvisibility=hidden"],
         )
     ],

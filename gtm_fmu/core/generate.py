@@ -10,9 +10,9 @@ import numpy as np
 
 from gtm_fmu.airframe import airdata, motion, steady_manoeuvre
 from gtm_fmu.airframe.aerodynamics import lookup_arguments
-from gtm_fmu.airframe.atmosphere import Atmosphere, atmosphere
+from gtm_fmu.airframe.atmosphere import GRAVITY, Atmosphere, atmosphere
 from gtm_fmu.airframe.folding import FoldedTables, folded_tables
-from gtm_fmu.airframe.mass import mass_properties
+from gtm_fmu.airframe.mass import WING_AREA, mass_properties
 from gtm_fmu.airframe.names import COEFFICIENTS, CONTROLS, LOOKUPS, OUTPUTS, STATES, TRIM_UNKNOWNS
 
 STUDY_MASS = mass_properties()  # full fuel, no damage (SPEC 9)
@@ -103,6 +103,8 @@ def write_tables(folder: Path, tables: FoldedTables) -> None:
     values["omega"] = np.swapaxes(tables.omega, 1, 2)  # omega_hat innermost, as a deflection in the other tables
     for name, table in values.items():
         text.append(_c_array(f"gtm_{name}_table", _padded(table, 8 if table.shape[-1] == len(COEFFICIENTS) else 4)))
+    constants = {"wing_area": WING_AREA, "weight": STUDY_MASS.mass * GRAVITY, "gravity": GRAVITY}
+    text.extend(f"const double gtm_{name} = {float(value)!r};\n" for name, value in constants.items())
     (folder / "tables.c").write_text("".join(text))
 
 

@@ -13,7 +13,7 @@
 #define GTM_API __attribute__((visibility("default")))
 #endif
 
-enum { GTM_NX = 12, GTM_NU = 4, GTM_NY = 15, GTM_NXU = GTM_NX + GTM_NU };
+enum { GTM_NX = 12, GTM_NU = 4, GTM_NY = 15, GTM_NXU = GTM_NX + GTM_NU, GTM_NT = 9 };
 
 /* Why a state has no derivatives. */
 enum gtm_fault {
@@ -49,5 +49,38 @@ GTM_API void gtm_outputs_jacobian_batch(long n, const double *x, const double *u
 
 /* Coefficients C[6] and slopes T[6*9] of the aerodynamic tables at K[9] (see table.h). */
 GTM_API void gtm_aerodynamics(const double K[9], double C[6], double T[54]);
+
+/* Steady manoeuvres. y[9]: V alpha beta psi_dot phi elevator aileron rudder throttle (ft/s, rad, rad/s, deg, %), under
+   bounds lower[9] <= y <= upper[9]; equal bounds hold an unknown. Angles and flight path gamma in rad, altitude in ft. */
+
+/* Typical size of each unknown; the solvers work in y / scale, and violations are in these units. */
+extern GTM_API const double gtm_scale[GTM_NT];
+
+enum gtm_trim_status {
+    GTM_TRIMMED = 0,   /* F(y) = 0 inside the bounds */
+    GTM_OUTSIDE = 1,   /* F(y) = 0, but only outside the bounds: y is where they are exceeded least */
+    GTM_NO_TRIM = 2    /* no y with F(y) = 0 was found */
+};
+
+/* The trim with the least |beta|; V and psi_dot are held by their bounds. Without a trim, `violation` (scaled units,
+   0 inside the bounds) and `residual` (largest acceleration) say how far away y is. */
+GTM_API int gtm_trim(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
+                     double y[GTM_NT], double *residual, double *violation);
+GTM_API void gtm_trim_batch(long n, const double *altitude, const double *gamma, const double *lower,
+                            const double *upper, double *y, double *residual, double *violation, int *status);
+
+/* Cold trims with V, phi and rudder held, one for each of n rows of held (V, phi, rudder); returns how many converged;
+   their y are packed at the front. Bounds are not looked at. */
+GTM_API long gtm_cold_starts(double altitude, double gamma, long n, const double *held, double *y);
+
+/* The point of least objective.y inside the bounds, by sequential linear programming from each of n starts (rows of
+   y; a start should be near F = 0). The best is left in `best`. */
+GTM_API int gtm_extreme(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
+                        const double objective[GTM_NT], long n, const double *starts, double best[GTM_NT],
+                        double *violation);
+
+/* State x[12] (latitude, longitude and psi zero) and controls u[4] of a steady manoeuvre. */
+GTM_API void gtm_trim_state(double altitude, double gamma, const double y[GTM_NT], double x[GTM_NX],
+                            double u[GTM_NU]);
 
 #endif

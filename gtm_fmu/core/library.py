@@ -18,7 +18,9 @@ def library_path() -> Path:
         path = folder / f"gtm_core{suffix}"
         if path.exists():
             return path
-    raise FileNotFoundError(f"No compiled core in {folder}: install the package first, for instance with `pip install .`.")
+    raise FileNotFoundError(
+        f"No compiled core in {folder}: install the package first, for instance with `pip install .`."
+    )
 
 
 @cache

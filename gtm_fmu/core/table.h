@@ -20,6 +20,9 @@ extern const gtm_axis gtm_alpha_axis, gtm_beta_axis, gtm_elevator_axis, gtm_aile
 extern const double gtm_basic_table[], gtm_aileron_table[], gtm_rudder_table[], gtm_omega_table[],
     gtm_elevator_table[], gtm_p_table[], gtm_q_table[], gtm_r_table[];
 
+/* ft^2, lbf, ft/s^2: what a first guess of a trim needs of the airframe. */
+extern const double gtm_wing_area, gtm_weight, gtm_gravity;
+
 /* Total coefficients C[6] (CX CY CZ Cl Cm Cn) at arguments K[9] (names.LOOKUPS). */
 void gtm_coefficients(const double K[GTM_NK], double C[GTM_NC]);
 

@@ -1,0 +1,97 @@
+"""Steady manoeuvres: trims and extremes on the trim manifold, in the specification's units.
+
+An unknown vector y (9) follows `names.TRIM_UNKNOWNS`; bounds lower <= y <= upper, equal bounds hold an unknown.
+"""
+
+import ctypes
+from typing import NamedTuple
+
+import numpy as np
+
+from gtm_fmu.airframe.names import CONTROLS, STATES, TRIM_UNKNOWNS
+from gtm_fmu.core.library import address, library, rows
+
+NT = len(TRIM_UNKNOWNS)
+TRIMMED, OUTSIDE, NO_TRIM = 0, 1, 2
+"""F = 0 inside the bounds; F = 0 only outside of them; F = 0 nowhere found (``enum gtm_trim_status``)."""
+
+
+class Solutions(NamedTuple):
+    """Unknowns (n, 9), largest acceleration (n), excess over the bounds in scale units (n), status (n)."""
+
+    y: np.ndarray
+    residual: np.ndarray
+    violation: np.ndarray
+    status: np.ndarray
+
+
+def scale() -> np.ndarray:
+    """Typical size of each unknown (9); violations and tolerances are in these units."""
+    return np.array((ctypes.c_double * NT).in_dll(library(), "gtm_scale"))
+
+
+def _bounds(lower, upper) -> tuple[np.ndarray, np.ndarray]:
+    return rows(lower, NT, "lower"), rows(upper, NT, "upper")
+
+
+def trims(altitude, gamma, lower, upper) -> Solutions:
+    """Trims with the least sideslip: altitude (n) in ft, gamma (n) in rad, bounds (n, 9) that hold V and psi_dot."""
+    altitude, gamma = np.ascontiguousarray(altitude, dtype=float), np.ascontiguousarray(gamma, dtype=float)
+    lower, upper = _bounds(lower, upper)
+    n = len(altitude)
+    if not gamma.shape == (n,) or not lower.shape == upper.shape == (n, NT):
+        raise ValueError("altitude, gamma, lower and upper must agree in their number of rows.")
+    found = Solutions(np.empty((n, NT)), np.empty(n), np.empty(n), np.empty(n, dtype=np.int32))
+    arguments = (altitude, gamma, lower, upper, *found)
+    library().gtm_trim_batch(ctypes.c_long(n), *(address(array) for array in arguments))
+    return found
+
+
+def cold_starts(altitude: float, gamma: float, held) -> np.ndarray:
+    """Points of the trim manifold (m <= n, 9) at rows (V, phi, rudder) of ``held`` (n, 3), whatever the bounds."""
+    held = rows(held, 3, "held")
+    y = np.empty((len(held), NT))
+    solve = library().gtm_cold_starts
+    solve.restype = ctypes.c_long
+    count = ctypes.c_long(len(held))
+    found = solve(ctypes.c_double(altitude), ctypes.c_double(gamma), count, address(held), address(y))
+    return y[:found]
+
+
+class Extreme(NamedTuple):
+    """Best point y (9), its excess over the bounds in scale units and its status."""
+
+    y: np.ndarray
+    violation: float
+    status: int
+
+
+def extreme(altitude: float, gamma: float, lower, upper, objective, starts) -> Extreme:
+    """Least objective.y on the trim manifold inside the bounds, the best of all ``starts`` (n, 9).
+
+    Without a point inside the bounds, the one that exceeds them least.
+    """
+    lower, upper = _bounds(lower, upper)
+    objective, starts = rows(objective, NT, "objective"), rows(starts, NT, "starts")
+    y, violation = np.full(NT, np.nan), ctypes.c_double(np.inf)
+    status = library().gtm_extreme(
+        ctypes.c_double(altitude),
+        ctypes.c_double(gamma),
+        address(lower),
+        address(upper),
+        address(objective),
+        ctypes.c_long(len(starts)),
+        address(starts),
+        address(y),
+        ctypes.byref(violation),
+    )
+    return Extreme(y, violation.value, status)
+
+
+def trim_state(altitude: float, gamma: float, y) -> tuple[np.ndarray, np.ndarray]:
+    """State x (12) and controls u (4) of the steady manoeuvre y (9) at altitude in ft and gamma in rad."""
+    y = rows(y, NT, "y")
+    x, u = np.empty(len(STATES)), np.empty(len(CONTROLS))
+    at = ctypes.c_double(altitude), ctypes.c_double(gamma)
+    library().gtm_trim_state(*at, address(y), address(x), address(u))
+    return x, u

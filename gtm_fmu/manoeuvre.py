@@ -1,0 +1,161 @@
+"""Steady manoeuvres at the public edge: what may be asked, the bounds it means, and the trim that answers."""
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
+from gtm_fmu.airframe.names import CONTROLS, TRIM_UNKNOWNS
+from gtm_fmu.core import solver
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
+
+ALPHA_DEG: Range = (-5.0, 10.5)
+PHI_DEG: Range = (-30.0, 30.0)
+"""Bounds of the study on alpha and phi (SPEC 9, paper Fig. 8)."""
+
+ALTITUDE_FT: Range = (0.0, math.floor(TROPOPAUSE_FT))
+GAMMA_DEG: Range = (-45.0, 45.0)
+TAS_KT: Range = (20.0, 350.0)
+"""What may be asked: the atmosphere's first layer, and speeds and paths that hold every trim of the model."""
+
+_WIDEST_BETA_DEG = 45.0  # of the aerodynamic tables
+_HELD_TOLERANCE = 1e-6  # of an unknown's typical size: closer to a bound than this is held by it
+CONVERGED_RESIDUAL = 1e-9
+"""Largest acceleration of a converged trim, ft/s^2 and rad/s^2 alike."""
+
+_UNIT = np.array([KT_PER_FT_S, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, 1, 1, 1, 1])
+V, ALPHA, BETA, PSI_DOT, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE = range(len(TRIM_UNKNOWNS))
+
+
+def check_range(name: str, value: float, allowed: Range) -> float:
+    """The value as a float.
+
+    Raises:
+        InputError: not a finite number inside ``allowed``.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} {value!r} is not a number; give one from {allowed[0]:g} to {allowed[1]:g}.") from None
+    if not allowed[0] <= number <= allowed[1]:
+        raise InputError(f"{name} {number:g} is outside {allowed[0]:g} .. {allowed[1]:g}; give a value inside.")
+    return number
+
+
+def check_pair(name: str, pair, widest: Range) -> Range:
+    """Lower and upper bound as floats.
+
+    Raises:
+        InputError: reversed, or not inside ``widest``.
+    """
+    lower, upper = (check_range(name, value, widest) for value in pair)
+    if lower > upper:
+        raise InputError(f"{name} {lower:g} {upper:g} are reversed; give the lower one first.")
+    return lower, upper
+
+
+def bounds(
+    limits: ControlLimits,
+    alpha_deg: Range = ALPHA_DEG,
+    phi_deg: Range = PHI_DEG,
+    tas_kt: Range = TAS_KT,
+    turn_rate_deg_s: Range = (-90.0, 90.0),
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper bounds (9 each) of the trim unknowns in the core's units; equal ends hold an unknown."""
+    alpha_deg = check_pair("alpha in deg", alpha_deg, (-20.0, 20.0))
+    phi_deg = check_pair("phi in deg", phi_deg, (-80.0, 80.0))
+    tas_kt = check_pair("tas in kt", tas_kt, TAS_KT)
+    turn_rate_deg_s = check_pair("turn rate in deg/s", turn_rate_deg_s, (-90.0, 90.0))
+    beta_deg = (-_WIDEST_BETA_DEG, _WIDEST_BETA_DEG)
+    angles = np.array([tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg]) / _UNIT[:5, None]
+    return np.append(angles[:, 0], limits.lower), np.append(angles[:, 1], limits.upper)
+
+
+def limits_hit(y, lower, upper) -> tuple[str, ...]:
+    """Bounds that a point holds or exceeds, as ``alpha.upper``; jammed and held unknowns are not named."""
+    names = []
+    for name, value, low, high, scale in zip(TRIM_UNKNOWNS, y, lower, upper, solver.scale(), strict=True):
+        if low == high:
+            continue
+        if value <= low + _HELD_TOLERANCE * scale:
+            names.append(f"{name}.lower")
+        if value >= high - _HELD_TOLERANCE * scale:
+            names.append(f"{name}.upper")
+    return tuple(names)
+
+
+@dataclass(frozen=True)
+class Trim:
+    """One steady manoeuvre, or the nearest to it that was found.
+
+    Attributes:
+        converged: the six accelerations are zero (``residual`` <= 1e-9 ft/s^2, rad/s^2).
+        feasible: converged, and inside every limit.
+        limits_hit: limits that hold the trim, or that it exceeds when it is not feasible, as ``throttle.upper``.
+    """
+
+    converged: bool
+    feasible: bool
+    residual: float
+    altitude_ft: float
+    tas_kt: float
+    gamma_deg: float
+    turn_rate_deg_s: float
+    alpha_deg: float
+    beta_deg: float
+    phi_deg: float
+    theta_deg: float
+    p_deg_s: float
+    q_deg_s: float
+    r_deg_s: float
+    elevator_deg: float
+    aileron_deg: float
+    rudder_deg: float
+    throttle_pct: float
+    limits_hit: tuple[str, ...]
+    unknowns: np.ndarray = field(repr=False, compare=False)
+
+    @classmethod
+    def of_unknowns(cls, y, altitude_ft: float, gamma_deg: float, residual: float, inside: bool, hit) -> "Trim":
+        """The trim of unknowns y (9, core units)."""
+        x, _ = solver.trim_state(altitude_ft, gamma_deg * RAD_PER_DEG, y)
+        tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg = (y * _UNIT)[:5].tolist()
+        p_deg_s, q_deg_s, r_deg_s = (x[3:6] * DEG_PER_RAD + 0.0).tolist()  # no -0
+        elevator_deg, aileron_deg, rudder_deg, throttle_pct = y[5:].tolist()
+        converged = bool(residual <= CONVERGED_RESIDUAL)
+        return cls(
+            converged=converged,
+            feasible=converged and bool(inside),
+            residual=float(residual),
+            altitude_ft=float(altitude_ft),
+            tas_kt=tas_kt,
+            gamma_deg=float(gamma_deg),
+            turn_rate_deg_s=turn_rate_deg_s,
+            alpha_deg=alpha_deg,
+            beta_deg=beta_deg,
+            phi_deg=phi_deg,
+            theta_deg=float(x[10] * DEG_PER_RAD),
+            p_deg_s=p_deg_s,
+            q_deg_s=q_deg_s,
+            r_deg_s=r_deg_s,
+            elevator_deg=elevator_deg,
+            aileron_deg=aileron_deg,
+            rudder_deg=rudder_deg,
+            throttle_pct=throttle_pct,
+            limits_hit=tuple(hit),
+            unknowns=np.array(y),
+        )
+
+    @property
+    def state_and_controls(self) -> tuple[np.ndarray, np.ndarray]:
+        """State x (12) and controls u (4) in the specification's units; latitude, longitude and psi are zero."""
+        return solver.trim_state(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, self.unknowns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All named values, ready for JSON."""
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "unknowns"}
+        return values | {"limits_hit": list(self.limits_hit)}
