@@ -8,7 +8,7 @@ import numpy as np
 
 from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
 from gtm_fmu.airframe.names import CONTROLS, TRIM_UNKNOWNS
-from gtm_fmu.core import solver
+from gtm_fmu.core import motion, solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Range
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
@@ -120,17 +120,18 @@ class Trim:
     unknowns: np.ndarray = field(repr=False, compare=False)
 
     @classmethod
-    def of_unknowns(cls, y, altitude_ft: float, gamma_deg: float, residual: float, inside: bool, hit) -> "Trim":
-        """The trim of unknowns y (9, core units)."""
-        x, _ = solver.trim_state(altitude_ft, gamma_deg * RAD_PER_DEG, y)
+    def of_unknowns(cls, y, altitude_ft: float, gamma_deg: float, inside: bool, hit) -> "Trim":
+        """The trim of unknowns y (9, core units); ``inside`` tells whether they are inside every limit."""
+        x, u = solver.trim_state(altitude_ft, gamma_deg * RAD_PER_DEG, y)
+        residual = float(np.abs(motion.derivatives(x, u)[:6]).max())
         tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg = (y * _UNIT)[:5].tolist()
         p_deg_s, q_deg_s, r_deg_s = (x[3:6] * DEG_PER_RAD + 0.0).tolist()  # no -0
         elevator_deg, aileron_deg, rudder_deg, throttle_pct = y[5:].tolist()
-        converged = bool(residual <= CONVERGED_RESIDUAL)
+        converged = residual <= CONVERGED_RESIDUAL
         return cls(
             converged=converged,
             feasible=converged and bool(inside),
-            residual=float(residual),
+            residual=residual,
             altitude_ft=float(altitude_ft),
             tas_kt=tas_kt,
             gamma_deg=float(gamma_deg),

@@ -34,7 +34,7 @@ def trim(
     found = solver.trims([altitude_ft], [gamma_deg * RAD_PER_DEG], lower[None], upper[None])
     y, status = found.y[0], found.status[0]
     hit = manoeuvre.limits_hit(y, lower, upper)
-    return Trim.of_unknowns(y, altitude_ft, gamma_deg, found.residual[0], status == solver.TRIMMED, hit)
+    return Trim.of_unknowns(y, altitude_ft, gamma_deg, status == solver.TRIMMED, hit)
 
 
 def trims(

@@ -51,7 +51,9 @@ def earth_velocity(velocity, att: Attitude):
     )
 
 
-def accelerations(velocity, rates, att: Attitude, flow: AirData, C, engines: tuple[Engine, Engine], mass: MassProperties):
+def accelerations(
+    velocity, rates, att: Attitude, flow: AirData, C, engines: tuple[Engine, Engine], mass: MassProperties
+):
     """Derivatives (6) of body velocity (ft/s^2) and body rates (rad/s^2) (SPEC 7)."""
     aero_force, aero_moment = aerodynamic_loads(C, flow, mass)
     thrust_force, thrust_moment = engine_loads(*engines, rates, mass)

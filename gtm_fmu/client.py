@@ -1,0 +1,302 @@
+"""An FMU driven by FMPy: load, set, get, evaluate state derivatives, step, simulate.
+
+All values are in the FMU's own units, which are SI. Calls go through buffers that are made once for each set of names.
+"""
+
+import ctypes
+import tempfile
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    defaultCallbacks,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    fmi2Discard,
+    fmi2OK,
+)
+from fmpy.logging import addLoggerProxy
+from fmpy.model_description import ModelDescription
+
+from gtm_fmu.errors import InputError
+
+
+class FmuError(RuntimeError):
+    """A call that the FMU refused; the message is the FMU's own."""
+
+
+class LogMessage(NamedTuple):
+    """A line of the FMU's log; status as in FMI: 0 ok, 1 warning, 2 discard, 3 error, 4 fatal."""
+
+    status: int
+    category: str
+    text: str
+
+
+class _Buffer:
+    """Value references of some real variables and room for their values."""
+
+    def __init__(self, references: Sequence[int]):
+        self.count = len(references)
+        self.references = (ctypes.c_uint * self.count)(*references)
+        self.memory = (ctypes.c_double * self.count)()
+        self.values = np.frombuffer(self.memory)
+
+
+class FmuClient:
+    """One instance of an FMI 2.0 co-simulation FMU, in Initialization Mode until the first step.
+
+    States and derivatives are those of the FMU's `<Derivatives>`, controls its inputs, unless they are named. Use it as a
+    context manager, or call `close`: the unpacked FMU lies in a temporary folder.
+
+    Attributes:
+        states, derivatives, controls: names of the arguments and results of `evaluate`, in order.
+        messages: the FMU's log so far.
+        time_s: the communication point.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        states: Sequence[str] | None = None,
+        derivatives: Sequence[str] | None = None,
+        controls: Sequence[str] | None = None,
+        start_values: Mapping[str, float] | None = None,
+    ):
+        """Unpack and instantiate the FMU.
+
+        Raises:
+            InputError: no such file, not an FMU, of another kind, or a name that it does not have.
+            FmuError: the FMU does not instantiate.
+        """
+        self.messages: list[LogMessage] = []
+        self.description = _read_description(Path(path))
+        self._references = {
+            variable.name: variable.valueReference
+            for variable in self.description.modelVariables
+            if variable.type == "Real"
+        }
+        self._booleans = {
+            variable.name: variable.valueReference
+            for variable in self.description.modelVariables
+            if variable.type == "Boolean"
+        }
+        rates = [unknown.variable for unknown in self.description.derivatives]
+        inputs = [v.name for v in self.description.modelVariables if v.causality == "input" and v.type == "Real"]
+        self.derivatives = tuple([rate.name for rate in rates] if derivatives is None else derivatives)
+        self.states = tuple([rate.derivative.name for rate in rates] if states is None else states)
+        self.controls = tuple(inputs if controls is None else controls)
+        self._buffers: dict[tuple[str, ...], _Buffer] = {}
+        self._known, self._rates = self._buffer(self.states + self.controls), self._buffer(self.derivatives)
+        self._start_values = dict(start_values or {})
+        self._buffer(tuple(self._start_values))
+        self._folder = tempfile.TemporaryDirectory(prefix="gtm_fmu_")
+        try:
+            self._instantiate(Path(path))
+        except BaseException:
+            self._folder.cleanup()
+            raise
+
+    def __enter__(self) -> "FmuClient":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the instance and remove the unpacked files; a second call does nothing."""
+        if self._fmu is not None:
+            with suppress(FMICallException):
+                self._fmu.terminate()
+            self._fmu.freeInstance()
+            self._fmu = None
+            self._folder.cleanup()
+
+    def reset(self) -> None:
+        """Back to the start values, in Initialization Mode."""
+        self._check("reset", self._instance().fmi2Reset(self._component))
+        self._initialize()
+
+    def set(self, names: Sequence[str], values) -> None:
+        """Set real variables.
+
+        Raises:
+            InputError: an unknown name.
+            FmuError: a value that the FMU refuses.
+        """
+        buffer = self._buffer(tuple(names))
+        buffer.values[:] = values
+        self._write(buffer)
+
+    def get(self, names: Sequence[str]) -> np.ndarray:
+        """Values of real variables, as a new array.
+
+        Raises:
+            InputError: an unknown name.
+            FmuError: outputs that the FMU cannot compute.
+        """
+        buffer = self._buffer(tuple(names))
+        self._read(buffer)
+        return buffer.values.copy()
+
+    def get_boolean(self, name: str) -> bool:
+        """Value of a Boolean variable."""
+        if name not in self._booleans:
+            raise InputError(f"The FMU has no Boolean variable '{name}': it has {_listed(self._booleans)}.")
+        reference, value = (ctypes.c_uint * 1)(self._booleans[name]), (ctypes.c_int * 1)()
+        self._check("get", self._instance().fmi2GetBoolean(self._component, reference, 1, value))
+        return bool(value[0])
+
+    def evaluate(self, x, u) -> np.ndarray:
+        """State derivatives (n,) at states x (n,) and controls u (m,), without a step.
+
+        Raises:
+            FmuError: a state without derivatives, or a step was already taken (`reset` first).
+        """
+        if self._is_stepping:
+            raise FmuError("States can only be set before the first step: call reset first.")
+        values = self._known.values
+        values[: len(self.states)] = x
+        values[len(self.states) :] = u
+        self._write(self._known)
+        self._read(self._rates)
+        return self._rates.values.copy()
+
+    def step(self, duration_s: float) -> None:
+        """One communication step.
+
+        Raises:
+            FmuError: the FMU refuses the step; all values are as before it.
+        """
+        if not self._is_stepping:
+            self._check("initialization", self._instance().fmi2ExitInitializationMode(self._component))
+            self._is_stepping = True
+        self._check("step", self._instance().fmi2DoStep(self._component, self.time_s, duration_s, 0))
+        self.time_s += duration_s
+
+    def simulate(
+        self,
+        stop_time_s: float,
+        step_s: float,
+        record: Sequence[str],
+        commands: Callable[[float], Mapping[str, float]] | None = None,
+    ) -> dict[str, np.ndarray]:
+        """Steps of equal length from the present time on.
+
+        Args:
+            record: names of real variables.
+            commands: values of inputs by name, set at the beginning of each step, as a function of time in s.
+
+        Returns:
+            ``time`` and the recorded variables, (n + 1,) each.
+        """
+        if not (step_s > 0 and np.isfinite(stop_time_s)):
+            raise InputError(f"Steps of {step_s} s to {stop_time_s} s cannot be taken: give a positive step.")
+        start_s = self.time_s
+        count = max(0, round((stop_time_s - start_s) / step_s))
+        rows = [self.get(record)]
+        for i in range(count):
+            if commands is not None:
+                given = commands(self.time_s)
+                self.set(tuple(given), list(given.values()))
+            self.step(step_s)
+            self.time_s = start_s + (i + 1) * step_s
+            rows.append(self.get(record))
+        columns = np.array(rows).T
+        return {"time": start_s + step_s * np.arange(count + 1)} | dict(zip(record, columns, strict=True))
+
+    def _instantiate(self, path: Path) -> None:
+        try:
+            fmpy.extract(path, self._folder.name)
+            self._fmu: FMU2Slave | None = FMU2Slave(
+                guid=self.description.guid,
+                unzipDirectory=self._folder.name,
+                modelIdentifier=self.description.coSimulation.modelIdentifier,
+                instanceName=self.description.modelName,
+            )
+        except Exception as error:
+            raise InputError(f"'{path}' does not load on this platform ({error}): build it here.") from error
+        self._callbacks = fmi2CallbackFunctions()
+        self._callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
+        self._callbacks.allocateMemory = defaultCallbacks.allocateMemory
+        self._callbacks.freeMemory = defaultCallbacks.freeMemory
+        addLoggerProxy(ctypes.byref(self._callbacks))
+        try:
+            self._fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
+        except Exception as error:
+            reason = self.messages[-1].text if self.messages else str(error)
+            raise FmuError(f"{self.description.modelName} does not instantiate: {reason}") from error
+        self._component = ctypes.c_void_p(self._fmu.component)
+        self._initialize()
+
+    def _initialize(self) -> None:
+        """Initialization Mode at time zero, with the start values that were given."""
+        fmu = self._instance()
+        self.time_s, self._is_stepping = 0.0, False
+        self._check("setup", fmu.fmi2SetupExperiment(self._component, 0, 0.0, 0.0, 0, 0.0))
+        if self._start_values:
+            self.set(tuple(self._start_values), list(self._start_values.values()))
+        self._check("initialization", fmu.fmi2EnterInitializationMode(self._component))
+
+    def _instance(self) -> ctypes.CDLL:
+        """The FMU's functions."""
+        if self._fmu is None:
+            raise FmuError("The FMU is closed: open it again.")
+        return self._fmu.dll
+
+    def _buffer(self, names: tuple[str, ...]) -> _Buffer:
+        if names not in self._buffers:
+            unknown = [name for name in names if name not in self._references]
+            if unknown:
+                raise InputError(f"The FMU has no real variable '{unknown[0]}': it has {_listed(self._references)}.")
+            self._buffers[names] = _Buffer([self._references[name] for name in names])
+        return self._buffers[names]
+
+    def _write(self, buffer: _Buffer) -> None:
+        fmu, known = self._instance(), len(self.messages)
+        self._check("set", fmu.fmi2SetReal(self._component, buffer.references, buffer.count, buffer.memory), known)
+
+    def _read(self, buffer: _Buffer) -> None:
+        fmu, known = self._instance(), len(self.messages)
+        self._check("get", fmu.fmi2GetReal(self._component, buffer.references, buffer.count, buffer.memory), known)
+
+    def _check(self, action: str, status: int, known: int | None = None) -> None:
+        """Raise what the FMU logged when it refused; pythonfmu can refuse set and get only in its log."""
+        if status == fmi2OK and (known is None or known == len(self.messages)):
+            return
+        refusals = [message for message in self.messages[known or 0 :] if message.status >= fmi2Discard]
+        if status >= fmi2Discard or (known is not None and refusals):
+            raise FmuError(refusals[-1].text if refusals else f"The FMU refused to {action} (FMI status {status}).")
+
+    def _log(self, _component, _instance, status, category, message) -> None:
+        self.messages.append(LogMessage(status, (category or b"").decode(), (message or b"").decode()))
+
+
+def _read_description(path: Path) -> ModelDescription:
+    """Description of an FMI 2.0 co-simulation FMU."""
+    if not path.is_file():
+        raise InputError(f"There is no FMU '{path}': give a file that build_fmu.py has made.")
+    try:
+        description = fmpy.read_model_description(path)
+    except zipfile.BadZipFile:
+        raise InputError(f"'{path}' is not an FMU or is damaged: build it again.") from None
+    except Exception as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"'{path}' has no valid model description ({reason}): build it again.") from error
+    if description.fmiVersion != "2.0" or description.coSimulation is None:
+        raise InputError(f"'{path}' is not an FMI 2.0 co-simulation FMU, the only kind that is driven here.")
+    return description
+
+
+def _listed(names) -> str:
+    """The first few names."""
+    names = list(names)
+    return ", ".join(names[:6]) + (", ..." if len(names) > 6 else "") if names else "none"

@@ -1,0 +1,180 @@
+"""The envelope left by a failure: exact V_min and V_max of a flight condition.
+
+Steady manoeuvres at given altitude and flight-path angle form a manifold of three dimensions (two with the rudder
+jammed). V_min and V_max are linear objectives on it under the limits. They have local optima, so each is sought from
+many starts. A restricted rudder may hold any deflection of its range: its envelope is the union of the jammed ones,
+so it is solved from the best jams of a fine grid with the rudder set free inside its range.
+"""
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gtm_fmu import manoeuvre
+from gtm_fmu.core import solver
+from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, PSI_DOT, RUDDER, THROTTLE, Trim, V
+from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
+
+START_SPEEDS_KT = np.linspace(60.0, 200.0, 8)
+START_BANKS_DEG = np.linspace(-28.0, 28.0, 5)
+JAM_STEP_DEG = 1.0
+_THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
+
+# Unknown and sign of what is made least: the envelope's two ends, and the throttle that tells whether there is one.
+_V_MIN, _V_MAX, _T_MIN = (V, 1.0), (V, -1.0), (THROTTLE, 1.0)
+_PSI_DOT_MIN, _PSI_DOT_MAX = (PSI_DOT, 1.0), (PSI_DOT, -1.0)
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Lowest and highest true airspeed of the steady manoeuvres inside the limits, with the trims that reach them.
+
+    Attributes:
+        feasible: such manoeuvres exist. If not, speeds are None and the trims exceed the limits least.
+        t_min_pct: least throttle of a steady manoeuvre that keeps every other limit; an envelope exists when it is
+            no more than the throttle's upper limit. None if even that does not exist.
+    """
+
+    altitude_ft: float
+    gamma_deg: float
+    limits: ControlLimits
+    feasible: bool
+    v_min_kt: float | None
+    v_max_kt: float | None
+    t_min_pct: float | None
+    at_v_min: Trim | None
+    at_v_max: Trim | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """All values, ready for JSON."""
+        values = {name: getattr(self, name) for name in ("feasible", "v_min_kt", "v_max_kt", "t_min_pct")}
+        values |= {"altitude_ft": self.altitude_ft, "gamma_deg": self.gamma_deg, "limits": asdict(self.limits)}
+        ends = {name: getattr(self, name) for name in ("at_v_min", "at_v_max")}
+        return values | {name: trim and trim.to_dict() for name, trim in ends.items()}
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """Lowest and highest turn rate (n) in deg/s over true airspeed (n) in kt; NaN where no manoeuvre exists."""
+
+    tas_kt: np.ndarray
+    turn_rate_min_deg_s: np.ndarray
+    turn_rate_max_deg_s: np.ndarray
+
+
+class FlightCondition:
+    """Extremes of the steady manoeuvres at one altitude and flight-path angle, for any limits of the rudder.
+
+    Jammed extremes are kept, so asking for many rudder limits costs little more than asking for the widest.
+
+    Raises:
+        InputError: altitude, flight path or bounds outside what is allowed.
+    """
+
+    def __init__(
+        self,
+        altitude_ft: float,
+        gamma_deg: float,
+        limits: ControlLimits | None = None,
+        alpha_deg: Range = ALPHA_DEG,
+        phi_deg: Range = PHI_DEG,
+    ):
+        self.altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
+        self.gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
+        self.limits = limits or ControlLimits()
+        self._lower, self._upper = manoeuvre.bounds(self.limits, alpha_deg, phi_deg)
+        self._cold: dict[float, np.ndarray] = {}
+        self._jams: dict[tuple[float, tuple[int, float]], solver.Extreme] = {}
+
+    def envelope(self, rudder_deg: Range | None = None) -> Envelope:
+        """V_min and V_max with the rudder inside ``rudder_deg`` (default: the limits of this condition)."""
+        limits = self.limits if rudder_deg is None else replace(self.limits, rudder_deg=rudder_deg)
+        low, high, least = (self._extreme(limits.rudder_deg, goal) for goal in (_V_MIN, _V_MAX, _T_MIN))
+        feasible = low.status == high.status == solver.TRIMMED
+        return Envelope(
+            altitude_ft=self.altitude_ft,
+            gamma_deg=self.gamma_deg,
+            limits=limits,
+            feasible=feasible,
+            v_min_kt=float(low.y[V] * KT_PER_FT_S) if feasible else None,
+            v_max_kt=float(high.y[V] * KT_PER_FT_S) if feasible else None,
+            t_min_pct=float(least.y[THROTTLE]) if least.status == solver.TRIMMED else None,
+            at_v_min=self._trim(low, limits),
+            at_v_max=self._trim(high, limits),
+        )
+
+    def boundary(self, rudder_deg: Range | None = None, points: int = 60) -> Boundary:
+        """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points."""
+        whole = self.envelope(rudder_deg)
+        if whole.v_min_kt is None or whole.v_max_kt is None:
+            return Boundary(*np.empty((3, 0)))
+        tas_kt = np.linspace(whole.v_min_kt, whole.v_max_kt, points)
+        rates = []
+        for goal in (_PSI_DOT_MIN, _PSI_DOT_MAX):
+            found = [self._extreme(whole.limits.rudder_deg, goal, tas_kt=float(speed)) for speed in tas_kt]
+            rates.append([f.y[PSI_DOT] * DEG_PER_RAD if f.status == solver.TRIMMED else np.nan for f in found])
+        return Boundary(tas_kt, *np.array(rates))
+
+    def _trim(self, found: solver.Extreme, limits: ControlLimits) -> Trim | None:
+        if found.status == solver.NO_TRIM:
+            return None
+        lower, upper = self._lower.copy(), self._upper.copy()
+        lower[RUDDER], upper[RUDDER] = limits.rudder_deg
+        hit = manoeuvre.limits_hit(found.y, lower, upper)
+        inside = found.status == solver.TRIMMED
+        return Trim.of_unknowns(found.y, self.altitude_ft, self.gamma_deg, inside, hit)
+
+    def _extreme(self, rudder_deg: Range, goal: tuple[int, float], tas_kt: float | None = None) -> solver.Extreme:
+        """Best of all jams on the grid, then from the two best of them with the rudder free inside its range."""
+        if rudder_deg[0] == rudder_deg[1]:
+            return self._jam(rudder_deg[0], goal, tas_kt)
+        inner = np.arange(np.ceil(rudder_deg[0] / JAM_STEP_DEG), np.floor(rudder_deg[1] / JAM_STEP_DEG) + 1)
+        deflections = np.unique([*rudder_deg, *(inner * JAM_STEP_DEG)]).tolist()
+        jams = [self._jam(deflection, goal, tas_kt) for deflection in deflections]
+        jams = [jam for jam in jams if jam.status != solver.NO_TRIM]
+        if not jams:
+            return solver.Extreme(np.full(len(self._lower), np.nan), np.inf, solver.NO_TRIM)
+        unknown, sign = goal
+        best = sorted(jams, key=lambda jam: (jam.status, jam.violation if jam.status else sign * jam.y[unknown]))[:2]
+        return self._solve(rudder_deg, goal, tas_kt, np.array([jam.y for jam in best]))
+
+    def _jam(self, deflection: float, goal: tuple[int, float], tas_kt: float | None = None) -> solver.Extreme:
+        key = deflection, goal
+        if tas_kt is None and key in self._jams:
+            return self._jams[key]
+        if deflection not in self._cold:
+            speed, bank = np.meshgrid(START_SPEEDS_KT * FT_S_PER_KT, START_BANKS_DEG * RAD_PER_DEG)
+            held = np.column_stack([speed.ravel(), bank.ravel(), np.full(speed.size, deflection)])
+            self._cold[deflection] = solver.cold_starts(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, held)
+        found = self._solve((deflection, deflection), goal, tas_kt, self._cold[deflection])
+        if tas_kt is None:
+            self._jams[key] = found
+        return found
+
+    def _solve(self, rudder_deg: Range, goal: tuple[int, float], tas_kt: float | None, starts) -> solver.Extreme:
+        lower, upper, objective = self._lower.copy(), self._upper.copy(), np.zeros(len(self._lower))
+        lower[RUDDER], upper[RUDDER] = rudder_deg
+        unknown, sign = goal
+        objective[unknown] = sign
+        if unknown == THROTTLE:
+            upper[THROTTLE] = _THROTTLE_WITHOUT_LIMIT
+        if tas_kt is not None:
+            lower[V] = upper[V] = tas_kt * FT_S_PER_KT
+        return solver.extreme(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective, starts)
+
+
+def envelope(
+    altitude_ft: float,
+    gamma_deg: float,
+    limits: ControlLimits | None = None,
+    alpha_deg: Range = ALPHA_DEG,
+    phi_deg: Range = PHI_DEG,
+) -> Envelope:
+    """Exact V_min and V_max of a flight condition under the limits a failure leaves.
+
+    Raises:
+        InputError: altitude, flight path or bounds outside what is allowed.
+    """
+    return FlightCondition(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg).envelope()
