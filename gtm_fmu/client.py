@@ -60,6 +60,7 @@ class FmuClient:
         states, derivatives, controls: names of the arguments and results of `evaluate`, in order.
         messages: the FMU's log so far.
         time_s: the communication point.
+        instance: FMPy's object of the instance, for calls that are not here.
     """
 
     def __init__(
@@ -113,16 +114,17 @@ class FmuClient:
 
     def close(self) -> None:
         """Free the instance and remove the unpacked files; a second call does nothing."""
-        if self._fmu is not None:
-            with suppress(FMICallException):
-                self._fmu.terminate()
-            self._fmu.freeInstance()
-            self._fmu = None
+        if self._is_open:
+            self._is_open = False
+            if self._is_stepping:
+                with suppress(FMICallException):
+                    self.instance.terminate()
+            self.instance.freeInstance()
             self._folder.cleanup()
 
     def reset(self) -> None:
         """Back to the start values, in Initialization Mode."""
-        self._check("reset", self._instance().fmi2Reset(self._component))
+        self._check("reset", self._functions().fmi2Reset(self._component))
         self._initialize()
 
     def set(self, names: Sequence[str], values) -> None:
@@ -152,8 +154,18 @@ class FmuClient:
         if name not in self._booleans:
             raise InputError(f"The FMU has no Boolean variable '{name}': it has {_listed(self._booleans)}.")
         reference, value = (ctypes.c_uint * 1)(self._booleans[name]), (ctypes.c_int * 1)()
-        self._check("get", self._instance().fmi2GetBoolean(self._component, reference, 1, value))
+        self._check("get", self._functions().fmi2GetBoolean(self._component, reference, 1, value))
         return bool(value[0])
+
+    def reference(self, name: str) -> int:
+        """Value reference of a real variable.
+
+        Raises:
+            InputError: an unknown name.
+        """
+        if name not in self._references:
+            raise InputError(f"The FMU has no real variable '{name}': it has {_listed(self._references)}.")
+        return self._references[name]
 
     def evaluate(self, x, u) -> np.ndarray:
         """State derivatives (n,) at states x (n,) and controls u (m,), without a step.
@@ -177,9 +189,9 @@ class FmuClient:
             FmuError: the FMU refuses the step; all values are as before it.
         """
         if not self._is_stepping:
-            self._check("initialization", self._instance().fmi2ExitInitializationMode(self._component))
+            self._check("initialization", self._functions().fmi2ExitInitializationMode(self._component))
             self._is_stepping = True
-        self._check("step", self._instance().fmi2DoStep(self._component, self.time_s, duration_s, 0))
+        self._check("step", self._functions().fmi2DoStep(self._component, self.time_s, duration_s, 0))
         self.time_s += duration_s
 
     def simulate(
@@ -216,7 +228,7 @@ class FmuClient:
     def _instantiate(self, path: Path) -> None:
         try:
             fmpy.extract(path, self._folder.name)
-            self._fmu: FMU2Slave | None = FMU2Slave(
+            self.instance = FMU2Slave(
                 guid=self.description.guid,
                 unzipDirectory=self._folder.name,
                 modelIdentifier=self.description.coSimulation.modelIdentifier,
@@ -230,27 +242,28 @@ class FmuClient:
         self._callbacks.freeMemory = defaultCallbacks.freeMemory
         addLoggerProxy(ctypes.byref(self._callbacks))
         try:
-            self._fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
+            self.instance.instantiate(callbacks=self._callbacks, loggingOn=True)
         except Exception as error:
             reason = self.messages[-1].text if self.messages else str(error)
             raise FmuError(f"{self.description.modelName} does not instantiate: {reason}") from error
-        self._component = ctypes.c_void_p(self._fmu.component)
+        self._component = ctypes.c_void_p(self.instance.component)
+        self._is_open = True
         self._initialize()
 
     def _initialize(self) -> None:
         """Initialization Mode at time zero, with the start values that were given."""
-        fmu = self._instance()
+        functions = self._functions()
         self.time_s, self._is_stepping = 0.0, False
-        self._check("setup", fmu.fmi2SetupExperiment(self._component, 0, 0.0, 0.0, 0, 0.0))
+        self._check("setup", functions.fmi2SetupExperiment(self._component, 0, 0.0, 0.0, 0, 0.0))
         if self._start_values:
             self.set(tuple(self._start_values), list(self._start_values.values()))
-        self._check("initialization", fmu.fmi2EnterInitializationMode(self._component))
+        self._check("initialization", functions.fmi2EnterInitializationMode(self._component))
 
-    def _instance(self) -> ctypes.CDLL:
-        """The FMU's functions."""
-        if self._fmu is None:
+    def _functions(self) -> ctypes.CDLL:
+        """The functions of the FMU."""
+        if not self._is_open:
             raise FmuError("The FMU is closed: open it again.")
-        return self._fmu.dll
+        return self.instance.dll
 
     def _buffer(self, names: tuple[str, ...]) -> _Buffer:
         if names not in self._buffers:
@@ -261,12 +274,12 @@ class FmuClient:
         return self._buffers[names]
 
     def _write(self, buffer: _Buffer) -> None:
-        fmu, known = self._instance(), len(self.messages)
-        self._check("set", fmu.fmi2SetReal(self._component, buffer.references, buffer.count, buffer.memory), known)
+        known, call = len(self.messages), self._functions().fmi2SetReal
+        self._check("set", call(self._component, buffer.references, buffer.count, buffer.memory), known)
 
     def _read(self, buffer: _Buffer) -> None:
-        fmu, known = self._instance(), len(self.messages)
-        self._check("get", fmu.fmi2GetReal(self._component, buffer.references, buffer.count, buffer.memory), known)
+        known, call = len(self.messages), self._functions().fmi2GetReal
+        self._check("get", call(self._component, buffer.references, buffer.count, buffer.memory), known)
 
     def _check(self, action: str, status: int, known: int | None = None) -> None:
         """Raise what the FMU logged when it refused; pythonfmu can refuse set and get only in its log."""

@@ -9,6 +9,14 @@ from gtm_fmu.errors import InputError
 
 Range = tuple[float, float]
 
+WIDEST: dict[str, Range] = {
+    "elevator_deg": (-30.0, 30.0),
+    "aileron_deg": (-20.0, 20.0),
+    "rudder_deg": (-30.0, 30.0),
+    "throttle_pct": (0.0, 100.0),
+}
+"""Limits of the undamaged aircraft, in the order of `names.CONTROLS` (SPEC 9)."""
+
 
 @dataclass(frozen=True)
 class ControlLimits:
@@ -20,10 +28,10 @@ class ControlLimits:
         InputError: limits reversed, not finite, or wider than the undamaged aircraft's.
     """
 
-    elevator_deg: Range = (-30.0, 30.0)
-    aileron_deg: Range = (-20.0, 20.0)
-    rudder_deg: Range = (-30.0, 30.0)
-    throttle_pct: Range = (0.0, 100.0)
+    elevator_deg: Range = WIDEST["elevator_deg"]
+    aileron_deg: Range = WIDEST["aileron_deg"]
+    rudder_deg: Range = WIDEST["rudder_deg"]
+    throttle_pct: Range = WIDEST["throttle_pct"]
 
     def __post_init__(self):
         """Check each pair and store it as floats."""
@@ -33,7 +41,7 @@ class ControlLimits:
                 lower, upper = (float(value) for value in getattr(self, field.name))
             except (TypeError, ValueError):
                 raise InputError(f"{name}: give two numbers, lower and upper limit.") from None
-            widest = field.default
+            widest = WIDEST[field.name]
             if not (math.isfinite(lower) and math.isfinite(upper)):
                 raise InputError(f"{name}: limits {lower:g} {upper:g} are not finite; give two numbers.")
             if lower > upper:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
-from gtm_fmu.airframe.names import CONTROLS, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import TRIM_UNKNOWNS
 from gtm_fmu.core import motion, solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Range
-from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
+from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
 
 ALPHA_DEG: Range = (-5.0, 10.5)
 PHI_DEG: Range = (-30.0, 30.0)

@@ -48,7 +48,7 @@ def from_velocity(velocity, air: Atmosphere) -> AirData:
     V = ca.sqrt(u**2 + v**2 + w**2)
     return AirData(
         V=V,
-        alpha=ca.atan2(w, u),
+        alpha=ca.SX(ca.atan2(w, u)),
         beta=ca.asin(v / V),
         sin_alpha=w / in_plane,
         cos_alpha=u / in_plane,

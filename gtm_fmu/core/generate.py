@@ -13,7 +13,7 @@ from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import GRAVITY, Atmosphere, atmosphere
 from gtm_fmu.airframe.folding import FoldedTables, folded_tables
 from gtm_fmu.airframe.mass import WING_AREA, mass_properties
-from gtm_fmu.airframe.names import COEFFICIENTS, CONTROLS, LOOKUPS, OUTPUTS, STATES, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import COEFFICIENTS, CONTROLS, LOOKUPS, STATES, TRIM_UNKNOWNS
 
 STUDY_MASS = mass_properties()  # full fuel, no damage (SPEC 9)
 

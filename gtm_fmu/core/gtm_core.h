@@ -22,7 +22,8 @@ enum gtm_fault {
     GTM_NO_SPEED = 2,     /* V < 1 ft/s */
     GTM_SIDEWAYS = 3,     /* |beta| = 90 deg: alpha is undefined */
     GTM_VERTICAL = 4,     /* theta = +-90 deg: phi and psi are undefined */
-    GTM_AT_POLE = 5       /* latitude = +-90 deg: longitude is undefined */
+    GTM_AT_POLE = 5,      /* latitude = +-90 deg: longitude is undefined */
+    GTM_BAD_STEP = 6      /* a substep that is not positive, a negative duration, or more than 1e9 substeps */
 };
 
 GTM_API int gtm_state_fault(const double x[GTM_NX]);
@@ -38,7 +39,7 @@ GTM_API void gtm_outputs_jacobian(const double x[GTM_NX], const double u[GTM_NU]
                                   double jacobian[GTM_NY * GTM_NXU]);
 
 /* Classical Runge-Kutta with constant controls over `duration`, in steps of `substep` (the last one shortened).
-   Returns 0, or the fault of the first state that has no derivatives; x is then left as it was. */
+   Returns 0, or a fault (of the first state that has no derivatives, or of the steps); x is then left as it was. */
 GTM_API int gtm_advance(double x[GTM_NX], const double u[GTM_NU], double duration, double substep);
 
 /* The same functions on n rows. */

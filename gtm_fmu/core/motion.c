@@ -5,8 +5,6 @@
 #include "gtm_core.h"
 #include "table.h"
 
-static const double half_pi = 1.57079632679489661923;
-
 int gtm_state_fault(const double x[GTM_NX])
 {
     for (int i = 0; i < GTM_NX; i++)
@@ -16,7 +14,7 @@ int gtm_state_fault(const double x[GTM_NX])
     if (V2 < 1) return GTM_NO_SPEED;
     if (in_plane < 1e-24 * V2) return GTM_SIDEWAYS;
     if (fabs(cos(x[10])) < 1e-12) return GTM_VERTICAL;
-    if (fabs(fabs(x[6]) - half_pi) < 1e-12) return GTM_AT_POLE;
+    if (fabs(cos(x[6])) < 1e-12) return GTM_AT_POLE;
     return GTM_FINE;
 }
 
@@ -79,6 +77,7 @@ static int runge_kutta_4(double *x, const double *u, double dt)
 
 int gtm_advance(double x[GTM_NX], const double u[GTM_NU], double duration, double substep)
 {
+    if (!(substep > 0 && duration >= 0 && duration / substep < 1e9)) return GTM_BAD_STEP;
     double moved[GTM_NX];
     memcpy(moved, x, sizeof moved);
     /* A duration that is a whole number of substeps but for rounding gets no sliver of a last step. */

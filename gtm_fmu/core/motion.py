@@ -12,6 +12,7 @@ from gtm_fmu.airframe.names import CONTROLS, OUTPUTS, STATES
 from gtm_fmu.core.library import address, library, rows
 
 NX, NU, NY = len(STATES), len(CONTROLS), len(OUTPUTS)
+BAD_STEP = 6  # enum gtm_fault
 
 
 def _rows(x, u) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
@@ -55,18 +56,24 @@ def outputs_jacobian(x, u) -> tuple[np.ndarray, np.ndarray]:
 
 def state_fault(x) -> int:
     """Why a state (12) has no derivatives: 0 none, else a code of ``enum gtm_fault`` in gtm_core.h."""
-    return library().gtm_state_fault(address(rows(x, NX, "x")))
+    state = rows(x, NX, "x")
+    if state.ndim != 1:
+        raise ValueError(f"x has shape {state.shape}; give one state of length {NX}.")
+    return library().gtm_state_fault(address(state))
 
 
 def advance(x, u, duration_s: float, substep_s: float) -> np.ndarray:
     """State (12) after ``duration_s`` with constant controls u (4), by Runge-Kutta steps of ``substep_s``.
 
     Raises:
+        ValueError: a substep that is not positive, or a negative duration.
         FloatingPointError: a state on the way has no derivatives (see `state_fault`).
     """
     moved, u = rows(x, NX, "x").copy(), rows(u, NU, "u")
     duration, substep = ctypes.c_double(duration_s), ctypes.c_double(substep_s)
     fault = library().gtm_advance(address(moved), address(u), duration, substep)
+    if fault == BAD_STEP:
+        raise ValueError(f"Cannot advance by {duration_s} s in steps of {substep_s} s; give positive numbers.")
     if fault:
         raise FloatingPointError(f"A state without derivatives is met on the way (fault {fault}, see gtm_core.h).")
     return moved
