@@ -1,1 +1,1 @@
-"""The published study end to end: exact envelopes, the network, the indices, and the paper's numbers beside them."""
+"""The study of the impaired GTM-T2 from end to end, and the command line."""

@@ -1,0 +1,250 @@
+"""The command line `gtm-fmu`: thin commands over the packages, one sentence for every mistake."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from typer.exceptions import TyperException
+
+from gtm_fmu.errors import InputError
+
+BAD_INPUT, NO_SOLUTION = 2, 3
+Pair = tuple[float, float]
+
+app = typer.Typer(
+    name="gtm-fmu",
+    help="Flight envelopes of the impaired NASA Generic Transport Model: FMUs, trims, envelopes, surrogates.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Altitude = Annotated[float, typer.Option(help="Geometric altitude, 0 to 36089 ft.")]
+Tas = Annotated[float, typer.Option(help="True airspeed in knots.")]
+Gamma = Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")]
+TurnRate = Annotated[float, typer.Option(help="Turn rate (of heading) in deg/s, positive to the right.")]
+Rudder = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Rudder limits in deg; equal values are a jam.")]
+Elevator = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Elevator limits in deg.")]
+Aileron = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Aileron limits in deg.")]
+Throttle = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Throttle limits in %.")]
+Alpha = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Bounds of the angle of attack in deg.")]
+Phi = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Bounds of the bank angle in deg.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Fmu = Annotated[Path | None, typer.Option(help="Trim over evaluations of this GtmDynamics.fmu, not of the core.")]
+
+
+def example(command: str) -> str:
+    """Closing lines of a help text."""
+    return f"Example: gtm-fmu {command}"
+
+
+def show(values: dict[str, Any], as_json: bool, title: str) -> None:
+    """Print a result: one JSON object, or a table of its plain entries."""
+    if as_json:
+        print(json.dumps(values, allow_nan=False))
+        return
+    table = Table("quantity", "value", title=title, title_justify="left")
+    for name, value in values.items():
+        if isinstance(value, dict):
+            for inner, number in value.items():
+                table.add_row(f"{name}.{inner}", _plain(number))
+        else:
+            table.add_row(name, _plain(value))
+    Console().print(table)
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, bool) or value is None:
+        return {True: "yes", False: "no", None: "-"}[value]
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(_plain(entry) for entry in value) or "none"
+    return str(value)
+
+
+def _control_limits(elevator_deg: Pair, aileron_deg: Pair, rudder_deg: Pair, throttle_pct: Pair):
+    from gtm_fmu.failures import ControlLimits
+
+    return ControlLimits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+
+
+def _solve(fmu: Path | None, **question):
+    """The trim by the core, or over evaluations of an FMU."""
+    if fmu is None:
+        from gtm_fmu import steady
+
+        return steady.trim(**question)
+    from gtm_fmu.client import FmuClient
+    from gtm_fmu.trim import FmuTrimmer
+
+    with FmuClient(fmu) as client:
+        return FmuTrimmer(client).trim(**question)
+
+
+@app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
+def trim(
+    altitude_ft: Altitude,
+    tas_kt: Tas,
+    gamma_deg: Gamma = 0.0,
+    turn_rate_deg_s: TurnRate = 0.0,
+    elevator_deg: Elevator = (-30.0, 30.0),
+    aileron_deg: Aileron = (-20.0, 20.0),
+    rudder_deg: Rudder = (-30.0, 30.0),
+    throttle_pct: Throttle = (0.0, 100.0),
+    alpha_deg: Alpha = (-5.0, 10.5),
+    phi_deg: Phi = (-30.0, 30.0),
+    fmu: Fmu = None,
+    as_json: Json = False,
+) -> None:
+    """Trim: the controls of one steady manoeuvre.
+
+    With a movable rudder the trim with the least sideslip is taken. Exit code 3 if the limits leave none; the nearest
+    is printed all the same.
+    """
+    from gtm_fmu.linearization import linearize as linear_model
+
+    limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    found = _solve(
+        fmu,
+        altitude_ft=altitude_ft,
+        tas_kt=tas_kt,
+        gamma_deg=gamma_deg,
+        turn_rate_deg_s=turn_rate_deg_s,
+        limits=limits,
+        alpha_deg=alpha_deg,
+        phi_deg=phi_deg,
+    )
+    values = found.to_dict() | {"stable": None, "controllable": None}
+    if found.feasible:
+        model = linear_model(found, limits)
+        values |= {"stable": model.stable, "controllable": model.controllable}
+    show(values, as_json, "Steady manoeuvre")
+    if not found.feasible:
+        raise typer.Exit(NO_SOLUTION)
+
+
+@app.command(epilog=example("linearize --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
+def linearize(
+    altitude_ft: Altitude,
+    tas_kt: Tas,
+    gamma_deg: Gamma = 0.0,
+    turn_rate_deg_s: TurnRate = 0.0,
+    elevator_deg: Elevator = (-30.0, 30.0),
+    aileron_deg: Aileron = (-20.0, 20.0),
+    rudder_deg: Rudder = (-30.0, 30.0),
+    throttle_pct: Throttle = (0.0, 100.0),
+    alpha_deg: Alpha = (-5.0, 10.5),
+    phi_deg: Phi = (-30.0, 30.0),
+    fmu: Fmu = None,
+    as_json: Json = False,
+) -> None:
+    """Linear model at a steady manoeuvre.
+
+    A, B, eigenvalues, stability and controllability.
+    States u v w p q r phi theta in ft/s, rad/s, rad; inputs elevator, aileron, rudder in deg and throttle in %, without
+    the jammed ones. Exit code 3 if the limits leave no such manoeuvre.
+    """
+    from gtm_fmu.linearization import linearize as linear_model
+
+    limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    found = _solve(
+        fmu,
+        altitude_ft=altitude_ft,
+        tas_kt=tas_kt,
+        gamma_deg=gamma_deg,
+        turn_rate_deg_s=turn_rate_deg_s,
+        limits=limits,
+        alpha_deg=alpha_deg,
+        phi_deg=phi_deg,
+    )
+    if not found.feasible:
+        show(found.to_dict(), as_json, "No such steady manoeuvre; the nearest")
+        raise typer.Exit(NO_SOLUTION)
+    show(linear_model(found, limits).to_dict(), as_json, "Linear model")
+
+
+@app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))
+def envelope(
+    altitude_ft: Altitude,
+    gamma_deg: Gamma = 0.0,
+    elevator_deg: Elevator = (-30.0, 30.0),
+    aileron_deg: Aileron = (-20.0, 20.0),
+    rudder_deg: Rudder = (-30.0, 30.0),
+    throttle_pct: Throttle = (0.0, 100.0),
+    alpha_deg: Alpha = (-5.0, 10.5),
+    phi_deg: Phi = (-30.0, 30.0),
+    as_json: Json = False,
+) -> None:
+    """Lowest and highest speed that a failure leaves, exact.
+
+    The trims at both ends come with them. Without any envelope "feasible" is false, and the exit code still 0.
+    """
+    from gtm_fmu.envelope import envelope as solve
+
+    limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    show(solve(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg).to_dict(), as_json, "Envelope")
+
+
+@app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))
+def predict(
+    altitude_ft: Altitude,
+    gamma_deg: Gamma = 0.0,
+    rudder_deg: Rudder = (-30.0, 30.0),
+    model: Annotated[Path | None, typer.Option(help="Folder of a study; default: the networks of the package.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Lowest and highest speed by the trained networks."""
+    from dataclasses import asdict
+
+    from study.emulator import RudderEmulator
+
+    show(asdict(RudderEmulator.load(model).predict(altitude_ft, gamma_deg, rudder_deg)), as_json, "Predicted envelope")
+
+
+@app.command(epilog=example("build dynamics surrogate --output build/fmu"))
+def build(
+    names: Annotated[list[str] | None, typer.Argument(help="dynamics, surrogate; default: all.")] = None,
+    output: Annotated[Path, typer.Option(help="Folder of the FMUs.")] = Path("build/fmu"),
+    model: Annotated[Path | None, typer.Option(help="Folder of a study, for the surrogate's networks.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Build FMUs for FMI 2.0 co-simulation tools."""
+    from study.fmus import MODELS, build_fmu
+
+    paths = [str(build_fmu(name, output, model)) for name in names or MODELS]
+    show({"fmus": paths}, as_json, "Built")
+
+
+@app.command(epilog=example("study --output build/study"))
+def study(
+    output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("build/study"),
+    seed: Annotated[int, typer.Option(help="Start of all random numbers.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """The whole study, with figures and a results table.
+
+    FMUs, trims, linear models, envelopes, networks and sensitivity, each beside the published value.
+    """
+    from study.pipeline import run
+
+    results = run(output, seed)
+    show(results, as_json, f"Study in {output}")
+
+
+def main() -> None:
+    """Run a command; a user's mistake is one sentence on standard error and exit code 2."""
+    try:
+        sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0)
+    except InputError as error:
+        message = str(error)
+    except TyperException as error:
+        message = error.format_message()
+    except KeyboardInterrupt:
+        sys.exit("Stopped; finished files are kept.")
+    print(f"gtm-fmu: {' '.join(message.split())}", file=sys.stderr)
+    sys.exit(BAD_INPUT)

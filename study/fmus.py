@@ -1,0 +1,26 @@
+"""The FMUs of the study, with the networks that the surrogate carries."""
+
+from importlib.resources import files
+from pathlib import Path
+
+from fmu_src.packaging import MODELS, build
+from study.emulator import SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
+
+__all__ = ["MODELS", "build_fmu"]
+
+
+def build_fmu(name: str, output: str | Path, networks: str | Path | None = None) -> Path:
+    """Build an FMU into a folder.
+
+    Args:
+        name: a key of `MODELS`.
+        networks: folder with the surrogate's networks; default: those that come with the package.
+
+    Raises:
+        InputError: an unknown name, networks missing or damaged, or a folder that cannot be written.
+    """
+    if name != "surrogate":
+        return build(name, output)
+    folder = Path(str(files("study") / "data")) if networks is None else Path(networks)
+    RudderEmulator.load(folder)
+    return build(name, output, [folder / SPEEDS_FILE, folder / THROTTLE_FILE])
