@@ -22,7 +22,6 @@ from fmpy.fmi2 import (
     fmi2Discard,
     fmi2OK,
 )
-from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription
 
 from gtm_fmu.errors import InputError
@@ -47,14 +46,14 @@ class _Buffer:
         self.count = len(references)
         self.references = (ctypes.c_uint * self.count)(*references)
         self.memory = (ctypes.c_double * self.count)()
-        self.values = np.frombuffer(self.memory)
+        self.values = np.ctypeslib.as_array(self.memory)
 
 
 class FmuClient:
     """One instance of an FMI 2.0 co-simulation FMU, in Initialization Mode until the first step.
 
-    States and derivatives are those of the FMU's `<Derivatives>`, controls its inputs, unless they are named. Use it as a
-    context manager, or call `close`: the unpacked FMU lies in a temporary folder.
+    States and derivatives are those of the FMU's `<Derivatives>`, controls its inputs, unless they are named. Use it as
+    a context manager, or call `close`: the unpacked FMU lies in a temporary folder.
 
     Attributes:
         states, derivatives, controls: names of the arguments and results of `evaluate`, in order.
@@ -79,6 +78,8 @@ class FmuClient:
             FmuError: the FMU does not instantiate.
         """
         self.messages: list[LogMessage] = []
+        self.time_s = 0.0
+        self._is_open = self._is_stepping = False
         self.description = _read_description(Path(path))
         self._references = {
             variable.name: variable.valueReference
@@ -236,11 +237,11 @@ class FmuClient:
             )
         except Exception as error:
             raise InputError(f"'{path}' does not load on this platform ({error}): build it here.") from error
+        # Without FMPy's logger proxy: it serves one instance of a process only, the last one.
         self._callbacks = fmi2CallbackFunctions()
         self._callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
         self._callbacks.allocateMemory = defaultCallbacks.allocateMemory
         self._callbacks.freeMemory = defaultCallbacks.freeMemory
-        addLoggerProxy(ctypes.byref(self._callbacks))
         try:
             self.instance.instantiate(callbacks=self._callbacks, loggingOn=True)
         except Exception as error:

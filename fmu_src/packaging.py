@@ -1,0 +1,171 @@
+"""Building an FMU: pythonfmu wraps the slave, then the archive is repacked so that equal contents give equal bytes.
+
+All slaves of a process share its modules, so the code of an FMU lies in a package named by a hash of its contents:
+two FMUs, or an old and a rebuilt one, never run each other's code.
+"""
+
+import hashlib
+import os
+import sys
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.resources import files
+from json import dumps
+from pathlib import Path
+
+from pythonfmu import FmuBuilder
+
+from fmu_src.description import BUILD_DATE, ModelDescription, slave_table, write_xml
+from fmu_src.documentation import PROJECT, documentation
+from fmu_src.dynamics_variables import dynamics_description
+from fmu_src.icon import icon_png
+from fmu_src.slave import TABLE_FILE, platform_folder
+from gtm_fmu.core import library_path
+from gtm_fmu.errors import InputError
+
+SOURCES = Path(__file__).parent
+ENTRY = '''"""Entry point of pythonfmu, which runs this file again at each instantiation; the code is in the package."""
+
+import ctypes
+
+from {package}.{module} import {slave}
+
+# pythonfmu 0.7.0 gives back one reference too many to this module's dictionary each time.
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
+'''
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What makes one FMU: its description, the module of its slave, its own resources, where it runs."""
+
+    model: ModelDescription
+    module: str
+    resources: dict[str, bytes]
+    platforms: list[str]
+
+    def files(self) -> dict[str, bytes]:
+        """Files under ``resources`` by their path, the slave's package with its entry point included."""
+        resources = {**self.resources, TABLE_FILE: dumps(slave_table(self.model), indent=1).encode()}
+        code = {f"{name}.py": (SOURCES / f"{name}.py").read_bytes() for name in ("slave", self.module)}
+        package = f"{self.module}_{_digest(resources | code)[:16]}"
+        entry = ENTRY.format(package=package, module=self.module, slave=self.model.name)
+        return {
+            f"{package}_entry.py": entry.encode(),
+            f"{package}/__init__.py": b'"""The code of one FMU."""\n',
+            **{f"{package}/{name}": source for name, source in code.items()},
+            **resources,
+        }
+
+
+def dynamics_contents(networks: Sequence[Path]) -> Contents:
+    """GtmDynamics: the compiled core of this platform."""
+    if networks:
+        raise InputError("Networks were given for the dynamics FMU, which uses none: leave them out.")
+    try:
+        core = library_path()
+    except FileNotFoundError as error:
+        raise InputError(str(error)) from error
+    here = platform_folder()
+    return Contents(dynamics_description(), "gtm_dynamics", {f"core/{here}/{core.name}": core.read_bytes()}, [here])
+
+
+MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {"dynamics": dynamics_contents}
+"""The FMUs by their short names."""
+
+
+def build(name: str, destination: str | Path = ".", networks: Sequence[str | Path] = ()) -> Path:
+    """Build an FMU into a folder; equal sources give equal bytes.
+
+    Args:
+        name: a key of `MODELS`.
+        destination: folder of the FMU; made when missing.
+        networks: files of the trained networks that the FMU carries, where it uses any.
+
+    Returns:
+        Path of the FMU, named after its model.
+
+    Raises:
+        InputError: an unknown name, a missing core or network, a platform that pythonfmu does not serve, or a folder
+            that cannot be written.
+    """
+    if name not in MODELS:
+        raise InputError(f"No FMU is called '{name}': choose one of {', '.join(MODELS)}.")
+    contents = MODELS[name]([Path(network) for network in networks])
+    _check_wrapper(contents.platforms)
+    members = _wrapped(contents)
+    members |= {
+        f"documentation/{path}": text for path, text in documentation(contents.model, contents.platforms).items()
+    }
+    members["model.png"] = icon_png()
+    content_id = str(uuid.UUID(_digest(members | {"xml": write_xml(contents.model, "", version(PROJECT))})[:32]))
+    members["modelDescription.xml"] = write_xml(contents.model, f"{{{content_id}}}", version(PROJECT))
+    return _write_archive(Path(destination), f"{contents.model.name}.fmu", members)
+
+
+def _wrapped(contents: Contents) -> dict[str, bytes]:
+    """What pythonfmu makes: resources with its own code, and binaries for the platforms that can run."""
+    with tempfile.TemporaryDirectory(prefix="gtm_fmu_") as folder, _import_state_kept():
+        source, wrapped = Path(folder, "source"), Path(folder, "wrapped.fmu")
+        for path, content in contents.files().items():
+            source.joinpath(path).parent.mkdir(parents=True, exist_ok=True)
+            source.joinpath(path).write_bytes(content)
+        entry = next(source.glob("*_entry.py"))
+        FmuBuilder.build_FMU(entry, wrapped, project_files=[path for path in source.iterdir() if path != entry])
+        with zipfile.ZipFile(wrapped) as archive:
+            members = {name: archive.read(name) for name in archive.namelist()}
+    kept = ("resources/", *(f"binaries/{platform}/" for platform in contents.platforms))
+    return {name: content for name, content in members.items() if name.startswith(kept) and "__pycache__" not in name}
+
+
+def _check_wrapper(platforms: Sequence[str]) -> None:
+    served = sorted(folder.name for folder in files("pythonfmu").joinpath("resources", "binaries").iterdir())
+    for platform in platforms:
+        if platform not in served:
+            raise InputError(f"pythonfmu makes no FMU for {platform}: build it on one of {', '.join(served)}.")
+
+
+@contextmanager
+def _import_state_kept() -> Iterator[None]:
+    """Undo what pythonfmu's trial import of the slave leaves in this process."""
+    search_path, modules = list(sys.path), set(sys.modules)
+    try:
+        yield
+    finally:
+        sys.path[:] = search_path
+        for module in [name for name in sys.modules if name not in modules and name.startswith("gtm_")]:
+            del sys.modules[module]
+
+
+def _digest(members: dict[str, bytes]) -> str:
+    """SHA-256 of names and contents."""
+    digest = hashlib.sha256()
+    for name in sorted(members):
+        digest.update(f"{name}\0{len(members[name])}\0".encode())
+        digest.update(members[name])
+    return digest.hexdigest()
+
+
+def _write_archive(folder: Path, name: str, members: dict[str, bytes]) -> Path:
+    """Write the archive in one piece or not at all: members sorted, one fixed time."""
+    path, temporary = folder / name, folder / f".{name}.{os.getpid()}.tmp"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+            for member in sorted(members):
+                info = zipfile.ZipInfo(member, BUILD_DATE)
+                info.create_system, info.external_attr = 3, 0o644 << 16
+                info.compress_type = zipfile.ZIP_DEFLATED
+                archive.writestr(info, members[member], compresslevel=9)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InputError(f"Cannot write the FMU '{path}' ({error.strerror}): choose another folder.") from error
+    finally:
+        if temporary.is_file():
+            temporary.unlink(missing_ok=True)
+    return path
