@@ -71,12 +71,10 @@ class RudderEmulator:
                 raise InputError(f"{place} holds networks of another model; give the folder `gtm-fmu study` wrote.")
         return cls(*networks)
 
-    def files(self, folder: str | Path) -> tuple[Path, Path]:
-        """Write both networks into a folder and return their paths."""
-        paths = Path(folder) / SPEEDS_FILE, Path(folder) / THROTTLE_FILE
-        self.speeds.save(paths[0])
-        self.throttle.save(paths[1])
-        return paths
+    def save(self, folder: str | Path) -> None:
+        """Write both networks into a folder."""
+        self.speeds.save(Path(folder) / SPEEDS_FILE)
+        self.throttle.save(Path(folder) / THROTTLE_FILE)
 
     def predict(self, altitude_ft: float, gamma_deg: float, rudder_deg: Range) -> Prediction:
         """Emulated envelope with the rudder held inside ``rudder_deg`` (lower, upper).

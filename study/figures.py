@@ -1,10 +1,11 @@
 """Figures of the study, drawn from its own results."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
 from gtm_fmu.envelope import Boundary
+from study.comparisons import SpeedsOverJams
 
 LABELS = {
     "altitude_ft": "$h$",
@@ -34,23 +35,16 @@ def plot_jams(boundaries: Mapping[float, Boundary], altitude_ft: float, gamma_de
     return figure
 
 
-def plot_speeds(
-    deflections: Sequence[float],
-    exact: Sequence[tuple[float | None, float | None]],
-    emulated: Sequence[tuple[float | None, float | None]],
-    altitude_ft: float,
-    gamma_deg: float,
-) -> Figure:
+def plot_speeds(cut: SpeedsOverJams) -> Figure:
     """V_min and V_max over the jammed rudder deflection, exact (line) and emulated (dashes)."""
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.subplots()
     for end, colour, name in ((0, "tab:blue", "$V_{min}$"), (1, "tab:red", "$V_{max}$")):
-        for values, style, source in ((exact, "-", "exact"), (emulated, "--", "emulated")):
-            speeds = [float("nan") if (speed := pair[end]) is None else speed for pair in values]
-            axes.plot(deflections, speeds, style, color=colour, label=f"{name} {source}")
+        axes.plot(cut.deflections_deg, cut.exact_kt[:, end], color=colour, label=f"{name} exact")
+        axes.plot(cut.deflections_deg, cut.emulated_kt[:, end], "--", color=colour, label=f"{name} emulated")
     axes.set_xlabel(r"jammed rudder $\delta_r$, deg")
     axes.set_ylabel("true airspeed, kn")
-    axes.set_title(rf"{altitude_ft:g} ft, $\gamma$ = {gamma_deg:g}$\degree$")
+    axes.set_title(rf"{cut.altitude_ft:g} ft, $\gamma$ = {cut.gamma_deg:g}$\degree$")
     axes.grid(alpha=0.3)
     axes.legend()
     return figure

@@ -1,0 +1,28 @@
+# Two commands: `make study` runs the main job, `make test` the checks. Both set up .venv first, once.
+PYTHON ?= python3
+BIN := .venv/bin
+BUILT_FROM := pyproject.toml setup.py constraints.txt $(wildcard gtm_fmu/core/*.c gtm_fmu/core/*.h) \
+	gtm_fmu/core/generate.py $(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*)
+
+.PHONY: study test benchmarks clean
+
+study: .venv/installed
+	$(BIN)/gtm-fmu study --output build/study
+
+test: .venv/installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/pytest -n 2 --dist loadfile
+
+benchmarks: .venv/installed
+	for script in benchmarks/[a-z]*.py; do $(BIN)/python $$script || exit 1; done
+
+.venv/installed: $(BUILT_FROM)
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --constraint constraints.txt setuptools wheel casadi numpy
+	$(BIN)/pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[train,test]'
+	touch $@
+
+clean:
+	rm -rf .venv build dist *.egg-info gtm_fmu/core/generated gtm_fmu/core/gtm_core.so

@@ -1,0 +1,175 @@
+"""Numbers of the study: every method held against another that answers the same question."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import sensitivity
+from gtm_fmu import linearization, steady
+from gtm_fmu.client import FmuClient
+from gtm_fmu.core import solver
+from gtm_fmu.envelope import Boundary, FlightCondition
+from gtm_fmu.failures import WIDEST, ControlLimits, Range
+from gtm_fmu.trim import FmuTrimmer
+from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
+from study.emulator import INPUTS, SPEEDS, RudderEmulator
+from study.progress import Advance
+from surrogate import Selection
+
+TRIMS = 200
+OFF_LATTICE_CASES = 300
+SENSITIVITY_ROWS = 2**17  # rows of the design; the network is evaluated 12 times as often
+FIG_3 = (10000.0, -5.0)  # altitude and flight-path angle of paper Fig. 3
+FIG_3_JAMS_DEG = (0.0, 10.0, 20.0, 30.0, -10.0, -20.0, -30.0)
+JAM_CONDITION = (10000.0, 0.0)
+
+
+def compare_trims(fmu: Path, seed: int, advance: Advance) -> dict[str, Any]:
+    """Random trims, half of them with a jammed rudder: over FMU evaluations, in the core, and their linear models."""
+    rng = np.random.default_rng(seed)
+    largest, feasible, agreed, stable, uncontrollable = 0.0, 0, 0, 0, 0
+    with FmuClient(fmu) as client:
+        trimmer = FmuTrimmer(client)
+        for k in range(TRIMS):
+            low, high = np.sort(rng.uniform(*WIDEST["rudder_deg"], 2))
+            limits = ControlLimits(rudder_deg=(low, low if k % 2 else high))
+            tas_kt, gamma_deg, turn_rate_deg_s = rng.uniform((80.0, -5.0, -5.0), (150.0, 5.0, 5.0))
+            question = (rng.uniform(0.0, 30000.0), tas_kt, gamma_deg, turn_rate_deg_s, limits)
+            by_core, by_fmu = steady.trim(*question), trimmer.trim(*question)
+            agreed += by_core.feasible == by_fmu.feasible
+            if by_core.feasible and by_fmu.feasible:
+                difference = np.abs(by_core.unknowns - by_fmu.unknowns) / solver.scale()
+                largest = max(largest, float(difference.max()))
+                model = linearization.linearize(by_core, limits)
+                feasible, stable = feasible + 1, stable + model.stable
+                uncontrollable += not model.controllable
+            advance(k + 1, TRIMS)
+    return {
+        "trims": TRIMS,
+        "same_verdict": agreed,
+        "feasible": feasible,
+        "largest_difference": largest,
+        "stable": stable,
+        "uncontrollable": uncontrollable,
+    }
+
+
+def jam_boundaries(advance: Advance) -> tuple[Mapping[float, Boundary], float, float]:
+    """Envelopes over turn rate for jams, with altitude and flight-path angle, as in paper Fig. 3."""
+    condition, boundaries = FlightCondition(*FIG_3), {}
+    for k, deflection in enumerate(FIG_3_JAMS_DEG):
+        boundaries[deflection] = condition.boundary((deflection, deflection))
+        advance(k + 1, len(FIG_3_JAMS_DEG))
+    return boundaries, *FIG_3
+
+
+def network_scores(speeds: Selection, throttle: Selection) -> dict[str, Any]:
+    """Errors of all networks and of the selected ones, on targets scaled to 0..1."""
+    return {
+        "samples": len(speeds.X),
+        "independent_samples": len(speeds.split.independent),
+        "mse_independent": speeds.mse["independent"].tolist(),
+        "selected": speeds.selected + 1,
+        "speeds": speeds.network.metrics,
+        "throttle": throttle.network.metrics,
+    }
+
+
+@dataclass(frozen=True)
+class SpeedsOverJams:
+    """Exact and emulated (V_min, V_max) in kt over jammed deflections in deg at one flight condition."""
+
+    altitude_ft: float
+    gamma_deg: float
+    deflections_deg: Sequence[float]
+    exact_kt: np.ndarray
+    emulated_kt: np.ndarray
+
+
+@dataclass(frozen=True)
+class EmulatorTruth:
+    """Scores of the emulator against exact envelopes, and a cut through both."""
+
+    scores: dict[str, Any]
+    jams: SpeedsOverJams
+
+
+def compare_emulator(emulator: RudderEmulator, data: xr.Dataset, seed: int, advance: Advance) -> EmulatorTruth:
+    """The emulator against exact envelopes at random cases between the lattice's nodes, and over jams."""
+    rng = np.random.default_rng(seed + 1)
+    low, high = (
+        np.array([getattr(data[name], end)().item() for name in ("altitude", "gamma")]) for end in ("min", "max")
+    )
+    speed_range = [float(data[name].max() - data[name].min()) for name in ("v_min", "v_max")]
+    errors, agreed = [], 0
+    for k in range(OFF_LATTICE_CASES):
+        altitude_ft, gamma_deg = rng.uniform(low, high).tolist()
+        lower, upper = np.sort(rng.uniform(*WIDEST["rudder_deg"], 2)).tolist()
+        rudder_deg: Range = (lower, lower if k % 2 else upper)
+        exact = FlightCondition(altitude_ft, gamma_deg).envelope(rudder_deg)
+        emulated = emulator.predict(altitude_ft, gamma_deg, rudder_deg)
+        agreed += exact.feasible == emulated.feasible
+        if exact.feasible:
+            errors.append(_speeds(emulated) - _speeds(exact))
+        advance(k + 1, OFF_LATTICE_CASES + 1)
+    error = np.array(errors)
+    known = np.isfinite(error).all(axis=1)
+    scores = {
+        "cases": OFF_LATTICE_CASES,
+        "same_verdict": agreed,
+        "feasible": len(error),
+        "mse": float(np.mean((error[known] / speed_range) ** 2)),
+        "median_error_kt": np.median(np.abs(error[known]), axis=0).tolist(),
+        "percentile_95_error_kt": np.percentile(np.abs(error[known]), 95, axis=0).tolist(),
+        "largest_error_kt": np.abs(error[known]).max(axis=0).tolist(),
+    }
+    return EmulatorTruth(scores, _speeds_over_jams(emulator))
+
+
+def _speeds(envelope) -> np.ndarray:
+    """(V_min, V_max) in kt of an exact or emulated envelope, NaN without one."""
+    return np.array([envelope.v_min_kt, envelope.v_max_kt], dtype=float)
+
+
+def _speeds_over_jams(emulator: RudderEmulator) -> SpeedsOverJams:
+    deflections = np.arange(WIDEST["rudder_deg"][0], WIDEST["rudder_deg"][1] + 1).tolist()
+    condition = FlightCondition(*JAM_CONDITION)
+    exact = [_speeds(condition.envelope((deflection, deflection))) for deflection in deflections]
+    emulated = [_speeds(emulator.predict(*JAM_CONDITION, (deflection, deflection))) for deflection in deflections]
+    return SpeedsOverJams(*JAM_CONDITION, deflections, np.array(exact), np.array(emulated))
+
+
+def compare_surrogate_fmu(fmu: Path, emulator: RudderEmulator, seed: int) -> dict[str, Any]:
+    """The surrogate's FMU through FMPy against the emulator it carries."""
+    rng = np.random.default_rng(seed + 2)
+    inputs = ("altitude", "gamma", "rudder.lower", "rudder.upper")
+    largest, cases = 0.0, 50
+    with FmuClient(fmu) as client:
+        for _ in range(cases):
+            altitude_ft, gamma_deg = rng.uniform((0.0, -5.0), (30000.0, 5.0))
+            rudder_deg = np.sort(rng.uniform(*WIDEST["rudder_deg"], 2))
+            si = np.array([altitude_ft * M_PER_FT, gamma_deg * RAD_PER_DEG, *(rudder_deg * RAD_PER_DEG)])
+            client.set(inputs, si)
+            speeds_kt = np.asarray(client.get(("v_min", "v_max"))) / M_S_PER_KT
+            expected = emulator.speeds.predict([altitude_ft, gamma_deg, *rudder_deg])
+            largest = max(largest, float(np.abs(speeds_kt - expected).max()))
+    return {"cases": cases, "largest_difference_kt": largest}
+
+
+def sensitivity_indices(emulator: RudderEmulator, seed: int) -> sensitivity.VarianceIndices:
+    """First-order and total indices of V_min and V_max, by the emulator, over the lattice's domain."""
+    (altitude, gamma, lower, upper), ranges = (name for name, _ in INPUTS), emulator.speeds.input_ranges
+    distribution = sensitivity.Distribution(
+        [
+            sensitivity.Uniform(altitude, *ranges[0]),
+            sensitivity.Uniform(gamma, *ranges[1]),
+            sensitivity.OrderedUniform((lower, upper), *WIDEST["rudder_deg"]),
+        ]
+    )
+    design = sensitivity.variance_design(distribution, SENSITIVITY_ROWS, sampling="random", seed=seed)
+    evaluated = design.evaluate(emulator.speeds.predict, output_names=[name for name, _ in SPEEDS])
+    return sensitivity.variance_indices(evaluated, seed=seed)

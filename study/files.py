@@ -1,0 +1,47 @@
+"""Files of a study, each written in one piece or not at all."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from gtm_fmu.errors import InputError
+
+
+def writable_folder(path: str | Path) -> Path:
+    """The folder, made when missing.
+
+    Raises:
+        InputError: it cannot be made or written.
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".{os.getpid()}.probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"Cannot write to {folder} ({error.strerror}); choose a folder you may write to.") from None
+    return folder
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write a text file."""
+    _write(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG."""
+    _write(path, lambda partial: figure.savefig(partial, format="png", dpi=110))
+
+
+def _write(path: Path, write: Callable[[Path], object]) -> None:
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        write(partial)
+        os.replace(partial, path)
+    except OSError as error:
+        raise InputError(f"Cannot write {path} ({error.strerror}); choose a folder you may write to.") from None
+    finally:
+        partial.unlink(missing_ok=True)

@@ -1,0 +1,74 @@
+"""The study from end to end: FMUs, trims, linear models, envelopes, networks, sensitivity, figures, table."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from rich.console import Console
+
+from gtm_fmu import dataset
+from sensitivity import plot_indices
+from study import comparisons, figures, published, report
+from study.emulator import RudderEmulator, train
+from study.files import save_figure, writable_folder, write_text
+from study.fmus import build_fmu
+from study.progress import stages
+from surrogate import Network, Selection
+from surrogate.plots import plot_error_histogram, plot_performance, plot_regression
+
+
+def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str, Any]:
+    """Run the study into a folder and return its results.
+
+    Every file is written in one piece or not at all, so a stopped run leaves what was finished. The same seed gives the
+    same results.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    output = writable_folder(output)
+    results: dict[str, Any] = {}
+    with stages(console or Console(stderr=True)) as stage:
+        with stage("FMU of the dynamics"):
+            dynamics = build_fmu("dynamics", output)
+        with stage("Trims over the FMU and in the core") as advance:
+            results["trims"] = comparisons.compare_trims(dynamics, seed, advance)
+        with stage("Envelopes of the lattice") as advance:
+            data = dataset.lattice(progress=advance)
+            dataset.save(data, output / "envelopes.zarr")
+            results["envelopes"] = {"cases": int(data.feasible.size), "feasible": int(data.feasible.sum())}
+        with stage("Envelopes of jammed rudders") as advance:
+            save_figure(figures.plot_jams(*comparisons.jam_boundaries(advance)), output / "envelope_jams.png")
+        with stage("Networks") as advance:
+            speeds, throttle = train(data, seed, advance)
+            emulator = RudderEmulator(*(_documented(selection, data, seed) for selection in (speeds, throttle)))
+            emulator.save(output)
+            results["networks"] = comparisons.network_scores(speeds, throttle)
+            save_figure(plot_regression(speeds), output / "regression.png")
+            save_figure(plot_performance(speeds), output / "performance.png")
+            save_figure(plot_error_histogram(speeds), output / "errors.png")
+        with stage("Emulator against exact envelopes") as advance:
+            truth = comparisons.compare_emulator(emulator, data, seed, advance)
+            results["off_lattice"] = truth.scores
+            save_figure(figures.plot_speeds(truth.jams), output / "emulator_jams.png")
+        with stage("FMU of the surrogate"):
+            surrogate = build_fmu("surrogate", output, output)
+            results["surrogate_fmu"] = comparisons.compare_surrogate_fmu(surrogate, emulator, seed)
+        with stage("Sensitivity") as advance:
+            indices = comparisons.sensitivity_indices(emulator, seed)
+            results["sensitivity"] = indices.to_dict()
+            chart = plot_indices(
+                indices, published=published.VARIANCE_INDICES, published_label="paper", labels=figures.LABELS
+            )
+            save_figure(chart, output / "indices.png")
+        results["fmus"] = [dynamics.name, surrogate.name]
+        write_text(json.dumps(results, indent=1, allow_nan=False), output / "results.json")
+        write_text(report.markdown(results), output / "results.md")
+    return results
+
+
+def _documented(selection: Selection, data: xr.Dataset, seed: int) -> Network:
+    """The selected network with where it comes from."""
+    return replace(selection.network, provenance={**data.attrs, "seed": seed, "samples": len(selection.X)})

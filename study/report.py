@@ -1,0 +1,75 @@
+"""The results of a study as a table beside the paper's."""
+
+from typing import Any
+
+from study import published
+from study.figures import LABELS
+
+Row = tuple[str, str, str]
+
+
+def markdown(results: dict[str, Any]) -> str:
+    """The results as Markdown."""
+    trims, envelopes, networks = results["trims"], results["envelopes"], results["networks"]
+    truth, surrogate = results["off_lattice"], results["surrogate_fmu"]
+    errors = zip(truth["median_error_kt"], truth["percentile_95_error_kt"], truth["largest_error_kt"], strict=True)
+    rows: list[Row] = [
+        ("Lattice cases", str(envelopes["cases"]), "1232 possible (Table 7)"),
+        ("of them with an envelope", str(envelopes["feasible"]), f"{published.FEASIBLE_CASES} (sections III-C, III-E)"),
+        (
+            "Best of 20 networks, MSE on the independent test",
+            _g(min(networks["mse_independent"])),
+            _g(published.MSE_ANN[6]),
+        ),
+        ("Median of 20 networks, the same", _g(sorted(networks["mse_independent"])[10]), "about 1e-4 (Fig. 10)"),
+        ("R, independent test", f"{networks['speeds']['r_independent']:.5f}", "close to 1 (Fig. 12)"),
+        (f"MSE between the lattice's nodes, {truth['feasible']} random cases", _g(truth["mse"]), "not studied"),
+        ("Feasibility right there", f"{truth['same_verdict']} of {truth['cases']}", "not studied"),
+    ]
+    for name, (median, high, largest) in zip(("V_min", "V_max"), errors, strict=True):
+        text = f"{median:.2f} / {high:.2f} / {largest:.2f} kn"
+        rows.append((f"Error of {name} there: median / 95 % / largest", text, "not studied"))
+    rows += [
+        ("Trims over the FMU and in the core: same verdict", f"{trims['same_verdict']} of {trims['trims']}", "-"),
+        ("their largest difference, of an unknown's scale", _g(trims["largest_difference"]), "-"),
+        ("Stable of the feasible trims", f"{trims['stable']} of {trims['feasible']}", "-"),
+        ("Uncontrollable of them", str(trims["uncontrollable"]), "ignored (Fig. 8)"),
+        ("Surrogate FMU against its network, largest", f"{_g(surrogate['largest_difference_kt'])} kn", "-"),
+    ]
+    return (
+        "# Results\n\n"
+        + _table(("quantity", "here", "paper"), rows)
+        + "\nThe paper counts cases of which some have no steady manoeuvre inside its own limits; errors are mean "
+        "squares of speeds scaled to 0..1.\n\n## Variance-based indices\n\n" + _indices(results["sensitivity"])
+    )
+
+
+def _indices(indices: dict[str, Any]) -> str:
+    rows = []
+    for output, entry in indices["outputs"].items():
+        for factor, values in entry["indices"].items():
+            known = published.VARIANCE_INDICES[output].get(factor, {})
+            names = ", ".join(LABELS[name] for name in factor.split(","))
+            cells = [f"{LABELS[output]}: {names}"]
+            for kind in ("first", "total"):
+                value = values[kind]
+                cells.append(f"{value['value']:.4f} ({value['lower']:.4f} .. {value['upper']:.4f})")
+                cells.append(f"{known[kind]:.4f}" if kind in known else "-")
+            rows.append(tuple(cells))
+    heads = ("factor", "S here", "S paper", "S^T here", "S^T paper")
+    identity = min(1 - check["sum"]["value"] for entry in indices["outputs"].values() for check in entry["identities"])
+    return (
+        _table(heads, rows)
+        + f"\n{indices['n_evaluations']} evaluations of the network; 95 % bootstrap intervals. For dependent inputs "
+        "S of one limit, S^T of the other and the closed index of altitude and path angle add up to at most 1: here "
+        f"{identity:.3f} is left, in the paper's Table 15 the sums are 1.147 and 1.074.\n"
+    )
+
+
+def _table(heads: tuple[str, ...], rows: list) -> str:
+    lines = [heads, tuple("---" for _ in heads), *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def _g(value: float) -> str:
+    return f"{value:.3g}"
