@@ -1,8 +1,11 @@
 """Fixtures that several tests share."""
 
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from scipy.io import loadmat
 
@@ -18,7 +21,7 @@ def shared_folder() -> Path:
 
 @pytest.fixture(scope="session")
 def database_tables(shared_folder: Path) -> dict[str, SimpleNamespace]:
-    """The tables of SPEC 5 straight from the database, with `axes` and `values`, by name."""
+    """The tables of SPEC 5 and 10 straight from the database, by name: `values`, and the `axes` with breakpoints."""
     axes = {
         "C6_bas": ("alpha", "beta"),
         "dC6_rud": ("alpha", "beta", "rud"),
@@ -28,11 +31,18 @@ def database_tables(shared_folder: Path) -> dict[str, SimpleNamespace]:
         "dC3_q": ("alpha", "qhat"),
         "dC3_r": ("alpha", "rhat"),
         "dC6_w": ("alpha", "what", "beta"),
+        "dC6_spo": ("alpha", "beta", "spo"),
+        "dC3_lgr": ("alpha",),
+        "dC6_damage.bas": ("alpha", "beta"),
+        "dC6_damage.ddscale": ("alpha",),
+        "dC6_damage.ddinc": ("alpha",),
     }
     database = loadmat(shared_folder / "gtm" / "T2_polynomial_aerodatabase.mat", simplify_cells=True)
-    return {
-        name: SimpleNamespace(
-            axes=tuple(database[name][axis].astype(float) for axis in names), values=database[name]["data"]
-        )
-        for name, names in axes.items()
-    }
+    tables = {}
+    for name, names in axes.items():
+        entry = reduce(getitem, name.split("."), database)
+        breakpoints = tuple(entry[axis].astype(float) for axis in names)
+        tables[name] = SimpleNamespace(axes=breakpoints, values=entry["data"])
+    panels = ("flaplob", "flaplib", "flaprib", "flaprob")
+    flaps = np.array([database["flaps"][panel] for panel in panels])
+    return {**tables, "flaps": SimpleNamespace(axes=(panels,), values=flaps)}

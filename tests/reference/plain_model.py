@@ -26,24 +26,31 @@ G = 32.17405  # ft/s^2
 R_NAVIGATION = 6.37043246e6 / 0.3048  # ft
 R_ATMOSPHERE = 20855531.5  # ft
 
-# SPEC 3
+# SPEC 3; the inertias are Ixx, Iyy, Izz, Ixz, Iyz, Ixy in slug ft^2, with the fuel increment at zero fuel used
 S = 5.9018  # ft^2
 CHORD = 0.9153  # ft
 SPAN = 6.8488  # ft
 CG = np.array([-(4.5462 + 0.2199 * 0.9153), -0.1416 / 12, -0.9761])  # ft, full fuel, gear up
 MOMENT_REFERENCE = np.array([-(4.5462 + 0.25 * 0.9153), 0.0, -0.9401])  # ft
-MASS = 57.75 / G  # slug
-IXX = 1.221 + 0.001076938008733  # slug ft^2, with the fuel increment at zero fuel used
-IYY = 4.655 + 0.002102173236731
-IZZ = 5.587 + 0.001301531989172
-IXZ, IYZ, IXY = 0.274, 0.0, 0.006
-INERTIA = np.array([[IXX, -IXY, -IXZ], [-IXY, IYY, -IYZ], [-IXZ, -IYZ, IZZ]])
+WEIGHT = 57.75  # lb
+MASS = WEIGHT / G  # slug
+INERTIAS = np.array([1.221 + 0.001076938008733, 4.655 + 0.002102173236731, 5.587 + 0.001301531989172, 0.274, 0, 0.006])
+
+# SPEC 5.2, 5.4
+RUDDER_WEIGHTS = {"RUDU": (0.5, 0.5, 0.5, 0.67, 0.67, 0.5), "RUDL": (0.5, 0.5, 0.5, 0.33, 0.33, 0.5)}
+ELEVATOR_ARMS = {"ELLOB": -0.07, "ELLIB": -0.03, "ELRIB": 0.03, "ELROB": 0.07}
 
 # SPEC 6
 POSITION_LEFT = np.array([-51.903, -14.20, -7.71]) / 12  # ft
 POSITION_RIGHT = np.array([-51.903, 14.20, -7.71]) / 12
 MOUNTING_LEFT = np.radians([1.98, 2.22])  # pitch, yaw
 MOUNTING_RIGHT = np.radians([1.95, -1.18])
+
+
+def inertia_matrix(inertias: Array) -> Array:
+    """J of SPEC 3 from Ixx, Iyy, Izz, Ixz, Iyz, Ixy."""
+    Ixx, Iyy, Izz, Ixz, Iyz, Ixy = inertias
+    return np.array([[Ixx, -Ixy, -Ixz], [-Ixy, Iyy, -Iyz], [-Ixz, -Iyz, Izz]])
 
 
 @cache
@@ -171,26 +178,38 @@ def rudder_half(table: Any, alpha: float, beta: float, d: float, weights: Sequen
 
 def rudder(table: Any, alpha: float, beta: float, upper: float, lower: float) -> Array:
     """Both halves of the rudder (SPEC 5.2)."""
-    c_upper = rudder_half(table, alpha, beta, upper, (0.5, 0.5, 0.5, 0.67, 0.67, 0.5))
-    c_lower = rudder_half(table, alpha, beta, lower, (0.5, 0.5, 0.5, 0.33, 0.33, 0.5))
-    return c_upper + c_lower
+    halves = zip((upper, lower), RUDDER_WEIGHTS.values(), strict=True)
+    return sum((rudder_half(table, alpha, beta, d, weights) for d, weights in halves), np.zeros(6))
+
+
+def left_panel(table: Any, alpha: float, beta: float, d: float) -> Array:
+    """A panel on the left from the table of the one on the right: the mirror rule (SPEC 5.3)."""
+    CX, CY, CZ, Cl, Cm, Cn = look_up(table, alpha, -beta, d)
+    return np.array([CX, -CY, CZ, -Cl, Cm, -Cn])
 
 
 def ailerons(table: Any, alpha: float, beta: float, left: float, right: float) -> Array:
-    """Right aileron from the table, left one by the mirror rule (SPEC 5.3)."""
-    c_right = look_up(table, alpha, beta, right)
-    CX, CY, CZ, Cl, Cm, Cn = look_up(table, alpha, -beta, left)
-    return c_right + np.array([CX, -CY, CZ, -Cl, Cm, -Cn])
+    """Both ailerons (SPEC 5.3)."""
+    return look_up(table, alpha, beta, right) + left_panel(table, alpha, beta, left)
+
+
+def stabiliser(table: Any, alpha: float, beta: float, stab: float) -> Array:
+    """The stabiliser with the elevator at zero (SPEC 5.4)."""
+    return longitudinal(look_up(table, alpha, beta, stab, 0.0))
+
+
+def elevator_segment(table: Any, alpha: float, beta: float, stab: float, d: float, arm: float) -> Array:
+    """A quarter of the elevator and what its arm adds in roll and yaw (SPEC 5.4)."""
+    c = 0.25 * (look_up(table, alpha, beta, stab, d) - look_up(table, alpha, beta, stab, 0.0))
+    dCX, dCZ, _ = c
+    return longitudinal(c) + lateral(np.array([0.0, arm * dCZ, -arm * dCX]))
 
 
 def stabiliser_and_elevator(table: Any, alpha: float, beta: float, bus: Mapping[str, float]) -> Array:
-    """The stabiliser and a quarter of the elevator for each segment (SPEC 5.4)."""
-    stabiliser = look_up(table, alpha, beta, bus["STAB"], 0.0)
-    c = longitudinal(stabiliser)
-    for segment, arm in (("ELLOB", -0.07), ("ELLIB", -0.03), ("ELRIB", 0.03), ("ELROB", 0.07)):
-        d = 0.25 * (look_up(table, alpha, beta, bus["STAB"], bus[segment]) - stabiliser)
-        dCX, dCZ, _ = d
-        c = c + longitudinal(d) + lateral(np.array([0.0, arm * dCZ, -arm * dCX]))
+    """The stabiliser and all four segments of the elevator (SPEC 5.4)."""
+    c = stabiliser(table, alpha, beta, bus["STAB"])
+    for segment, arm in ELEVATOR_ARMS.items():
+        c = c + elevator_segment(table, alpha, beta, bus["STAB"], bus[segment], arm)
     return c
 
 
@@ -220,6 +239,11 @@ def kalviste_split(alpha: float, beta: float, p: float, q: float, r: float) -> R
     return RateSplit(3, 0.0, p, q, r)
 
 
+def rate_scale(tas: float) -> float:
+    """Vk of SPEC 5.5 in ft/s, tas in kt."""
+    return 2 * RATE_FT_S_PER_KT * min(max(tas, 1.0), 10000.0)
+
+
 class NormalisedRates(NamedTuple):
     """SPEC 5.5: residual roll, pitch, yaw and the rotation about the velocity vector."""
 
@@ -231,9 +255,21 @@ class NormalisedRates(NamedTuple):
 
 def normalised_rates(split: RateSplit, tas: float) -> NormalisedRates:
     """Arguments of the rate tables (SPEC 5.5), tas in kt."""
-    Vk = 2 * RATE_FT_S_PER_KT * min(max(tas, 1.0), 10000.0)
+    Vk = rate_scale(tas)
     omega_hat = min(max(split.omega * SPAN / Vk, -0.5), 0.5)
     return NormalisedRates(split.p * SPAN / Vk, split.q * CHORD / Vk, split.r * SPAN / Vk, omega_hat)
+
+
+def dynamic_terms(air: AirData, omega: Array, tables: Tables) -> Array:
+    """What the body rates add to the coefficients (SPEC 5.5)."""
+    alpha, beta = np.degrees(air.alpha), np.degrees(air.beta)
+    rates = normalised_rates(kalviste_split(air.alpha, air.beta, *omega), air.tas)
+    return (
+        lateral(look_up(tables["dC3_p"], alpha, rates.p_hat))
+        + longitudinal(look_up(tables["dC3_q"], alpha, rates.q_hat))
+        + lateral(look_up(tables["dC3_r"], alpha, rates.r_hat))
+        + look_up(tables["dC6_w"], alpha, rates.omega_hat, beta)
+    )
 
 
 def coefficients(x: Array, u: Array, tables: Tables | None = None) -> Array:
@@ -241,17 +277,19 @@ def coefficients(x: Array, u: Array, tables: Tables | None = None) -> Array:
     tables = airframe_tables() if tables is None else tables
     air, bus = air_data(x), surface_bus(u)
     alpha, beta = np.degrees(air.alpha), np.degrees(air.beta)
-    rates = normalised_rates(kalviste_split(air.alpha, air.beta, *x[3:6]), air.tas)
     return (
         look_up(tables["C6_bas"], alpha, beta)
         + rudder(tables["dC6_rud"], alpha, beta, bus["RUDU"], bus["RUDL"])
         + ailerons(tables["dC6_ail"], alpha, beta, bus["AILL"], bus["AILR"])
         + stabiliser_and_elevator(tables["dC3_ele"], alpha, beta, bus)
-        + lateral(look_up(tables["dC3_p"], alpha, rates.p_hat))
-        + longitudinal(look_up(tables["dC3_q"], alpha, rates.q_hat))
-        + lateral(look_up(tables["dC3_r"], alpha, rates.r_hat))
-        + look_up(tables["dC6_w"], alpha, rates.omega_hat, beta)
+        + dynamic_terms(air, x[3:6], tables)
     )
+
+
+def aerodynamic_loads(C: Array, qbar: float, cg: Array) -> tuple[Array, Array]:
+    """F in lbf, M about the cg in lbf ft (SPEC 5)."""
+    F = qbar * S * C[:3]
+    return F, qbar * S * np.array([SPAN, CHORD, SPAN]) * C[3:] + np.cross(MOMENT_REFERENCE - cg, F)
 
 
 def rotor_speed(throttle: float) -> float:
@@ -279,21 +317,22 @@ def engine_axis(mounting: Array) -> Array:
     return np.array([np.cos(t) * np.cos(y), np.sin(y), -np.sin(t) * np.cos(y)])
 
 
+def engine_loads(T: Sequence[float], H: Sequence[float], omega: Array, cg: Array) -> tuple[Array, Array]:
+    """F in lbf, M about the cg in lbf ft of the left and the right engine (SPEC 6)."""
+    (T_left, T_right), (H_left, H_right) = T, H
+    e_left, e_right = engine_axis(MOUNTING_LEFT), engine_axis(MOUNTING_RIGHT)
+    M = np.cross(POSITION_LEFT - cg, T_left * e_left) + np.cross(POSITION_RIGHT - cg, T_right * e_right)
+    return T_left * e_left + T_right * e_right, M + np.cross(omega, H_left * e_left + H_right * e_right)
+
+
 def forces_and_moments(x: Array, u: Array, tables: Tables | None = None) -> tuple[Array, Array]:
-    """Aerodynamics, thrust and gravity: F in lbf, M about the cg in lbf ft (SPEC 5, 6, 7)."""
+    """Aerodynamics and thrust: F in lbf, M about the cg in lbf ft (SPEC 5, 6)."""
     air, bus = air_data(x), surface_bus(u)
-    CX, CY, CZ, Cl, Cm, Cn = coefficients(x, u, tables)
-    F_aero = air.qbar * S * np.array([CX, CY, CZ])
-    M_aero = air.qbar * S * np.array([SPAN * Cl, CHORD * Cm, SPAN * Cn]) + np.cross(MOMENT_REFERENCE - CG, F_aero)
-
-    F_left = thrust(bus["THROTL"], air.pressure_ratio, air.qbar) * engine_axis(MOUNTING_LEFT)
-    F_right = thrust(bus["THROTR"], air.pressure_ratio, air.qbar) * engine_axis(MOUNTING_RIGHT)
-    H = angular_momentum(bus["THROTL"]) * engine_axis(MOUNTING_LEFT)
-    H = H + angular_momentum(bus["THROTR"]) * engine_axis(MOUNTING_RIGHT)
-    M_thrust = np.cross(POSITION_LEFT - CG, F_left) + np.cross(POSITION_RIGHT - CG, F_right) + np.cross(x[3:6], H)
-
-    F_gravity = MASS * G * direction_cosines(*x[9:12]) @ np.array([0.0, 0.0, 1.0])
-    return F_aero + F_left + F_right + F_gravity, M_aero + M_thrust
+    F_aero, M_aero = aerodynamic_loads(coefficients(x, u, tables), air.qbar, CG)
+    throttles = bus["THROTL"], bus["THROTR"]
+    T = [thrust(throttle, air.pressure_ratio, air.qbar) for throttle in throttles]
+    F_thrust, M_thrust = engine_loads(T, [angular_momentum(throttle) for throttle in throttles], x[3:6], CG)
+    return F_aero + F_thrust, M_aero + M_thrust
 
 
 def earth_velocity(x: Array) -> Array:
@@ -301,18 +340,16 @@ def earth_velocity(x: Array) -> Array:
     return direction_cosines(*x[9:12]).T @ x[:3]
 
 
-def derivatives(x: ArrayLike, u: ArrayLike, tables: Tables | None = None) -> Array:
-    """d x / d t of one state, shape (12,) (SPEC 7)."""
-    x, u = np.asarray(x, float), np.asarray(u, float)
-    omega = x[3:6]
-    p, q, r = omega
+def motion(x: Array, F: Array, M: Array, mass: float, inertia: Array) -> Array:
+    """d x / d t of one state, shape (12,), under gravity, other forces F and moments M about the cg (SPEC 7)."""
+    p, q, r = omega = x[3:6]
     lat, _, h, phi, theta, _ = x[6:]
-    F, M = forces_and_moments(x, u, tables)
     Vn, Ve, Vd = earth_velocity(x)
+    F_gravity = mass * G * direction_cosines(*x[9:]) @ np.array([0.0, 0.0, 1.0])
     return np.array(
         [
-            *(F / MASS - np.cross(omega, x[:3])),
-            *np.linalg.solve(INERTIA, M - np.cross(omega, INERTIA @ omega)),
+            *((F + F_gravity) / mass - np.cross(omega, x[:3])),
+            *np.linalg.solve(inertia, M - np.cross(omega, inertia @ omega)),
             Vn / (R_NAVIGATION + h),
             Ve / ((R_NAVIGATION + h) * np.cos(lat)),
             -Vd,
@@ -323,31 +360,30 @@ def derivatives(x: ArrayLike, u: ArrayLike, tables: Tables | None = None) -> Arr
     )
 
 
+def derivatives(x: ArrayLike, u: ArrayLike, tables: Tables | None = None) -> Array:
+    """d x / d t of one state, shape (12,) (SPEC 7)."""
+    x, u = np.asarray(x, float), np.asarray(u, float)
+    return motion(x, *forces_and_moments(x, u, tables), MASS, inertia_matrix(INERTIAS))
+
+
+def observed(x: Array, xdot: Array, air: AirData) -> list[float]:
+    """The outputs that air data and motion give: all but those of the engines (SPEC 2, 8)."""
+    Vn, Ve, Vd = earth_velocity(x)
+    phi, theta = x[9:11]
+    down = np.array([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)])
+    load = (xdot[:3] + np.cross(x[3:6], x[:3])) / 32.174 - down
+    gamma, track = np.degrees([np.arctan2(-Vd, np.sqrt(Vn**2 + Ve**2)), np.arctan2(Ve, Vn)])
+    alpha, beta = np.degrees([air.alpha, air.beta])
+    return [air.tas, air.eas, alpha, beta, air.mach, air.qbar, gamma, track % 360, *load]
+
+
 def outputs(x: ArrayLike, u: ArrayLike, tables: Tables | None = None) -> Array:
     """The 15 outputs of one state, in the order and units of `gtm_fmu.airframe.names.OUTPUTS` (SPEC 2, 6, 8)."""
     x, u = np.asarray(x, float), np.asarray(u, float)
     air, bus = air_data(x), surface_bus(u)
-    Vn, Ve, Vd = earth_velocity(x)
-    phi, theta = x[9:11]
-    down = np.array([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)])
-    load = (derivatives(x, u, tables)[:3] + np.cross(x[3:6], x[:3])) / 32.174 - down
-    return np.array(
-        [
-            air.tas,
-            air.eas,
-            np.degrees(air.alpha),
-            np.degrees(air.beta),
-            air.mach,
-            air.qbar,
-            np.degrees(np.arctan2(-Vd, np.sqrt(Vn**2 + Ve**2))),
-            np.degrees(np.arctan2(Ve, Vn)) % 360,
-            *load,
-            thrust(bus["THROTL"], air.pressure_ratio, air.qbar),
-            thrust(bus["THROTR"], air.pressure_ratio, air.qbar),
-            rotor_speed(bus["THROTL"]),
-            rotor_speed(bus["THROTR"]),
-        ]
-    )
+    left, right = bus["THROTL"], bus["THROTR"]
+    T = [thrust(throttle, air.pressure_ratio, air.qbar) for throttle in (left, right)]
+    return np.array([*observed(x, derivatives(x, u, tables), air), *T, rotor_speed(left), rotor_speed(right)])
 
 
 def steady_state(h: float, V: float, gamma: float, psi_dot: float, alpha: float, beta: float, phi: float) -> Array:

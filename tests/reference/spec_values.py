@@ -1,4 +1,4 @@
-"""Reference values of SPEC 13 and 3 for the part of the airframe that SPEC 9 uses, as printed there.
+"""Reference values of SPEC 13 and 3, as printed there.
 
 Units are the specification's own: ft, ft/s, rad, rad/s, slug, lbf; surfaces in deg, throttle in %; trims are printed in
 deg and deg/s. Where the printed digits give the tolerance, a value stays text: see `half_unit`.
@@ -14,6 +14,11 @@ def half_unit(printed: str) -> float:
     digits, _, exponent = printed.partition("e")
     decimals = len(digits.partition(".")[2])
     return 0.5 * 10.0 ** (int(exponent or 0) - decimals)
+
+
+def assert_as_printed(value: float, printed: str, half_units: float = 1) -> None:
+    """`value` rounds to `printed`, with room for the rounding of the printed decimal itself."""
+    assert abs(value - float(printed)) <= half_units * half_unit(printed) * (1 + 1e-6), f"{value} is not {printed}"
 
 
 def numbers(text: str) -> np.ndarray:
@@ -63,6 +68,49 @@ POINT_B = Point(
         "-2.870359262543e-06 8.944430736816e-06 -13.93535453912 -0.2730715643551 0.02165359724723 -0.2697336878711"
     ),
 )
+
+# SPEC 13, the six accelerations at test point A in damage cases 1 to 6
+POINT_A_DAMAGED = {
+    1: "3.332759968 -26.21142243 -8.408226439 -8.918849789 2.592724249 1.039212778",
+    2: "3.873063347 -24.07965023 -8.487781801 -7.577914544 4.036933899 -1.178660407",
+    3: "3.263820851 -24.30199839 -4.573879543 -17.39223748 3.936714131 -2.089156544",
+    4: "3.383658606 -24.37699843 -6.635476914 -16.60828751 4.147801114 -1.806225008",
+    5: "3.477677744 -23.90040053 -9.52446399 -7.797041342 1.111328053 -1.629695421",
+    6: "3.577966423 -24.25709944 -10.20198057 -7.824794031 0.3300564904 -1.22102422",
+}
+
+
+class ConfiguredPoint(NamedTuple):
+    """A state, its 22 surface signals, fuel used in lb and wind in ft/s (north, east, down, three gusts)."""
+
+    x: np.ndarray
+    bus: dict[str, float]
+    fuel_used: float
+    wind: np.ndarray
+
+
+# SPEC 13, test point C (state of point A), with shear; the accelerations in damage cases 0 and 6
+POINT_C = ConfiguredPoint(
+    x=POINT_A.x,
+    bus={
+        **{"ELLOB": -4, "ELLIB": -2, "ELROB": 6, "ELRIB": 3, "AILL": -5, "AILR": 8, "RUDU": 12, "RUDL": -7},
+        **{"SPLLIB": 5, "SPLLOB": 20, "SPLRIB": 10, "SPLROB": 35},
+        **{"FLAPLIB": 10, "FLAPLOB": 12, "FLAPRIB": 14, "FLAPROB": 16},
+        **{"STAB": -3, "GEAR": 1, "BRAKE": 0, "THROTL": 30, "THROTR": 70, "STEER": 0},
+    },
+    fuel_used=7,
+    wind=np.array([10, -6, 2, 1, -2, 3]),
+)
+POINT_C_ACCELERATIONS = {
+    0: "-1.012824782 -33.66146905 7.45315677 -15.04915433 5.86834368 2.285824779",
+    6: "-1.353763299 -34.06893793 0.6539371134 -14.07071294 -2.029276841 2.499461778",
+}
+POINT_C_SHEAR_GAIN = "0.9997435259521"
+POINT_C_WIND_BODY = "1.193185375638 -13.01965099438 7.296296992581"
+# in damage case 6: slug, ft, slug ft^2 (Ixx, Iyy, Izz, Ixz, Iyz, Ixy)
+POINT_C_MASS = "1.559020390656"
+POINT_C_CG = "-4.716311682 -0.006252193 -0.944948465"
+POINT_C_INERTIAS = "1.256983561 4.383458737 5.315316771 0.25841 -0.00265 -0.0377"
 
 
 class Trim(NamedTuple):
