@@ -1,10 +1,10 @@
-"""Build the FMUs of this project: `python build_fmu.py dynamics -o build`."""
+"""Build the FMUs of this project, for instance `python build_fmu.py dynamics -o build/fmu`."""
 
 import argparse
 import sys
 
-from fmu_src.packaging import MODELS, build
 from gtm_fmu.errors import InputError
+from study.fmus import MODELS, build_fmu
 
 
 def main() -> int:
@@ -12,10 +12,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", choices=[*MODELS, "all"], help="the FMU to build")
     parser.add_argument("-o", "--output", default=".", metavar="DIR", help="folder of the FMU (default: here)")
+    parser.add_argument("-n", "--networks", metavar="DIR", help="folder of a study, for the networks of the surrogate")
     arguments = parser.parse_args()
     try:
         for name in MODELS if arguments.name == "all" else [arguments.name]:
-            print(build(name, arguments.output))
+            print(build_fmu(name, arguments.output, arguments.networks))
     except InputError as error:
         print(error, file=sys.stderr)
         return 2

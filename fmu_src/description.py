@@ -101,6 +101,8 @@ class ModelDescription:
     """How to use the FMU, paragraph by paragraph."""
     initial_knowns: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Parameters that come with a known variable during initialization."""
+    constants: dict[str, float] = field(default_factory=dict)
+    """Numbers that the slave needs besides its variables."""
 
     @property
     def variables(self) -> list[Variable]:
@@ -115,6 +117,7 @@ def slave_table(model: ModelDescription) -> dict:
     return {
         "model": model.name,
         "log_categories": LOG_CATEGORIES,
+        "constants": model.constants,
         "names": list(place),
         "units": [variable.unit for variable in variables],
         "starts": [0.0 if variable.start is None else float(variable.start) for variable in variables],

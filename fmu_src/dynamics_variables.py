@@ -13,7 +13,7 @@ from fmu_src.description import DISPLAY_UNITS, ModelDescription, Variable, si
 from gtm_fmu.airframe.names import COEFFICIENTS, CONTROLS, LOOKUPS, OUTPUTS, STATES
 from gtm_fmu.airframe.tables import LATERAL, LONGITUDINAL
 from gtm_fmu.core.generate import airframe_functions
-from gtm_fmu.failures import ControlLimits
+from gtm_fmu.failures import WIDEST
 
 _ALPHA, _PHI = (math.radians(angle) for angle in (3.0, -0.01616))
 _START = {
@@ -214,8 +214,7 @@ def dynamics_description() -> ModelDescription:
     """The description of GtmDynamics."""
     depends = _structure()
     states = tuple(_state(name) for name in STATES)
-    whole = ControlLimits()
-    controls = tuple(map(_control, CONTROLS, whole.lower.tolist(), whole.upper.tolist()))
+    controls = tuple(_control(name, *ends) for name, ends in zip(CONTROLS, WIDEST.values(), strict=True))
     limits = {control.name: _limits(control) for control in controls}
     substep = Variable(
         name="solver.substep",

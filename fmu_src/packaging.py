@@ -42,19 +42,19 @@ ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 @dataclass(frozen=True)
 class Contents:
-    """What makes one FMU: its description, the module of its slave, its own resources, where it runs."""
+    """What makes one FMU: description, modules of the slave (which is in the last), resources, where it runs."""
 
     model: ModelDescription
-    module: str
+    modules: tuple[str, ...]
     resources: dict[str, bytes]
     platforms: list[str]
 
     def files(self) -> dict[str, bytes]:
         """Files under ``resources`` by their path, the slave's package with its entry point included."""
         resources = {**self.resources, TABLE_FILE: dumps(slave_table(self.model), indent=1).encode()}
-        code = {f"{name}.py": (SOURCES / f"{name}.py").read_bytes() for name in ("slave", self.module)}
-        package = f"{self.module}_{_digest(resources | code)[:16]}"
-        entry = ENTRY.format(package=package, module=self.module, slave=self.model.name)
+        code = {f"{name}.py": (SOURCES / f"{name}.py").read_bytes() for name in self.modules}
+        package = f"{self.modules[-1]}_{_digest(resources | code)[:16]}"
+        entry = ENTRY.format(package=package, module=self.modules[-1], slave=self.model.name)
         return {
             f"{package}_entry.py": entry.encode(),
             f"{package}/__init__.py": b'"""The code of one FMU."""\n',
@@ -72,10 +72,24 @@ def dynamics_contents(networks: Sequence[Path]) -> Contents:
     except FileNotFoundError as error:
         raise InputError(str(error)) from error
     here = platform_folder()
-    return Contents(dynamics_description(), "gtm_dynamics", {f"core/{here}/{core.name}": core.read_bytes()}, [here])
+    resources = {f"core/{here}/{core.name}": core.read_bytes()}
+    return Contents(dynamics_description(), ("slave", "gtm_dynamics"), resources, [here])
 
 
-MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {"dynamics": dynamics_contents}
+def surrogate_contents(networks: Sequence[Path]) -> Contents:
+    """GtmSurrogate: the network of V_min and V_max, and that of t_min; pure Python, for all platforms of pythonfmu."""
+    from fmu_src.surrogate_variables import NETWORKS, read_networks, surrogate_description
+
+    found = read_networks(networks)
+    resources = {f"{name}.json": path.read_bytes() for name, path in zip(NETWORKS, networks, strict=True)}
+    model = surrogate_description(*found)
+    return Contents(model, ("slave", "closed_form", "gtm_surrogate"), resources, _served_platforms())
+
+
+MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {
+    "dynamics": dynamics_contents,
+    "surrogate": surrogate_contents,
+}
 """The FMUs by their short names."""
 
 
@@ -123,10 +137,14 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
     return {name: content for name, content in members.items() if name.startswith(kept) and "__pycache__" not in name}
 
 
+def _served_platforms() -> list[str]:
+    """Platforms that pythonfmu has a binary for."""
+    return sorted(folder.name for folder in files("pythonfmu").joinpath("resources", "binaries").iterdir())
+
+
 def _check_wrapper(platforms: Sequence[str]) -> None:
-    served = sorted(folder.name for folder in files("pythonfmu").joinpath("resources", "binaries").iterdir())
     for platform in platforms:
-        if platform not in served:
+        if platform not in (served := _served_platforms()):
             raise InputError(f"pythonfmu makes no FMU for {platform}: build it on one of {', '.join(served)}.")
 
 

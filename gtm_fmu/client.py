@@ -81,18 +81,13 @@ class FmuClient:
         self.time_s = 0.0
         self._is_open = self._is_stepping = False
         self.description = _read_description(Path(path))
-        self._references = {
-            variable.name: variable.valueReference
-            for variable in self.description.modelVariables
-            if variable.type == "Real"
-        }
-        self._booleans = {
-            variable.name: variable.valueReference
-            for variable in self.description.modelVariables
-            if variable.type == "Boolean"
-        }
+        variables = self.description.modelVariables
+        self._references, self._booleans = (
+            {variable.name: variable.valueReference for variable in variables if variable.type == kind}
+            for kind in ("Real", "Boolean")
+        )
         rates = [unknown.variable for unknown in self.description.derivatives]
-        inputs = [v.name for v in self.description.modelVariables if v.causality == "input" and v.type == "Real"]
+        inputs = [v.name for v in variables if v.causality == "input" and v.type == "Real"]
         self.derivatives = tuple([rate.name for rate in rates] if derivatives is None else derivatives)
         self.states = tuple([rate.derivative.name for rate in rates] if states is None else states)
         self.controls = tuple(inputs if controls is None else controls)
@@ -102,7 +97,8 @@ class FmuClient:
         self._buffer(tuple(self._start_values))
         self._folder = tempfile.TemporaryDirectory(prefix="gtm_fmu_")
         try:
-            self._instantiate(Path(path))
+            self._load(Path(path))
+            self._instantiate()
         except BaseException:
             self._folder.cleanup()
             raise
@@ -226,7 +222,9 @@ class FmuClient:
         columns = np.array(rows).T
         return {"time": start_s + step_s * np.arange(count + 1)} | dict(zip(record, columns, strict=True))
 
-    def _instantiate(self, path: Path) -> None:
+    def _load(self, path: Path) -> None:
+        if "%" in Path(self._folder.name).as_uri().replace("%20", ""):  # pythonfmu would end the process
+            raise InputError(f"The temporary folder '{self._folder.name}' must have a plain ASCII name: set TMPDIR.")
         try:
             fmpy.extract(path, self._folder.name)
             self.instance = FMU2Slave(
@@ -237,6 +235,8 @@ class FmuClient:
             )
         except Exception as error:
             raise InputError(f"'{path}' does not load on this platform ({error}): build it here.") from error
+
+    def _instantiate(self) -> None:
         # Without FMPy's logger proxy: it serves one instance of a process only, the last one.
         self._callbacks = fmi2CallbackFunctions()
         self._callbacks.logger = fmi2CallbackLoggerTYPE(self._log)

@@ -1,6 +1,5 @@
 """The FMPy client: names, buffers, modes, the FMU's own words when it refuses, and files that are no FMU."""
 
-import os
 import tempfile
 import zipfile
 from pathlib import Path
@@ -96,13 +95,20 @@ def test_messages_of_two_instances_are_kept_apart(path, fmu):
     assert "control.aileron" in fmu.messages[0].text
 
 
-def test_close(path):
-    before = set(os.listdir(tempfile.gettempdir()))
+@pytest.fixture
+def temporary_folder(tmp_path, monkeypatch) -> Path:
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    return folder
+
+
+def test_close(path, temporary_folder):
     fmu = FmuClient(path)
-    assert set(os.listdir(tempfile.gettempdir())) - before
+    assert len(list(temporary_folder.iterdir())) == 1
     fmu.close()
     fmu.close()
-    assert set(os.listdir(tempfile.gettempdir())) <= before
+    assert not list(temporary_folder.iterdir())
     with pytest.raises(FmuError, match="closed"):
         fmu.get(["state.u"])
     with pytest.raises(FmuError, match="closed"):
@@ -182,11 +188,25 @@ class TestBadInput:
         with pytest.raises(InputError, match="does not load on this platform"):
             FmuClient(file)
 
-    def test_no_folder_is_left_behind(self, path, tmp_path):
-        before = set(os.listdir(tempfile.gettempdir()))
+    def test_temporary_folder_that_pythonfmu_cannot_read(self, path, tmp_path, monkeypatch):
+        folder = tmp_path / "Übung"
+        folder.mkdir()
+        monkeypatch.setattr(tempfile, "tempdir", str(folder))
+        with pytest.raises(InputError, match="must have a plain ASCII name: set TMPDIR"):
+            FmuClient(path)
+        assert not list(folder.iterdir())
+
+    def test_temporary_folder_with_a_space(self, path, tmp_path, monkeypatch):
+        folder = tmp_path / "two words"
+        folder.mkdir()
+        monkeypatch.setattr(tempfile, "tempdir", str(folder))
+        with FmuClient(path) as fmu:
+            assert fmu.get(["air.mach"]) > 0
+
+    def test_no_folder_is_left_behind(self, path, tmp_path, temporary_folder):
         self.test_no_binary_for_this_platform(path, tmp_path)
         self.test_damaged_member(path, tmp_path)
-        assert set(os.listdir(tempfile.gettempdir())) <= before
+        assert not list(temporary_folder.iterdir())
 
     @staticmethod
     def _with_description(path, tmp_path, change):

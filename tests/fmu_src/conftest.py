@@ -2,11 +2,56 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fmu_src import build
+from surrogate import Network, Variable
 
 
 @pytest.fixture(scope="session")
 def dynamics_fmu(tmp_path_factory) -> Path:
     return build("dynamics", tmp_path_factory.mktemp("fmu"))
+
+
+CASE = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
+CASE_RANGES = ((0.0, 30000.0), (-5.0, 5.0), (-30.0, 30.0), (-30.0, 30.0))
+
+
+def random_network(seed: int, hidden: int, outputs: tuple, target_range: tuple[float, float]) -> Network:
+    """A network with random weights: its evaluation is under test, not what it has learnt."""
+    rng = np.random.default_rng(seed)
+    count = len(outputs)
+    parameters = hidden * (len(CASE) + 1) + count * (hidden + 1)
+    return Network(
+        IW=rng.normal(size=(hidden, len(CASE))),
+        b1=rng.normal(size=hidden),
+        LW=0.4 * rng.normal(size=(count, hidden)),
+        b2=0.2 * rng.normal(size=count),
+        input_ranges=np.array(CASE_RANGES),
+        target_ranges=np.array([target_range] * count),
+        inputs=tuple(Variable(*pair) for pair in CASE),
+        outputs=tuple(Variable(*pair) for pair in outputs),
+        beta=200.0,
+        posterior_factor=0.01 * np.triu(rng.normal(size=(parameters, parameters))),
+    )
+
+
+def random_networks(seed: int, folder: Path) -> tuple[Network, Network, list[Path]]:
+    """A network of V_min and V_max, one of t_min, and their files."""
+    speeds = random_network(seed, 10, (("v_min_kt", "kt"), ("v_max_kt", "kt")), (60.0, 160.0))
+    throttle = random_network(seed + 1, 7, (("t_min_pct", "%"),), (30.0, 170.0))
+    paths = [folder / "speeds.json", folder / "throttle.json"]
+    speeds.save(paths[0])
+    throttle.save(paths[1])
+    return speeds, throttle, paths
+
+
+@pytest.fixture(scope="session")
+def networks(tmp_path_factory) -> tuple[Network, Network, list[Path]]:
+    return random_networks(1, tmp_path_factory.mktemp("networks"))
+
+
+@pytest.fixture(scope="session")
+def surrogate_fmu(networks, tmp_path_factory) -> Path:
+    return build("surrogate", tmp_path_factory.mktemp("fmu"), networks[2])
