@@ -1,0 +1,187 @@
+"""Closed-form evaluation of a network, against the equations written out, torch and differences."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from math import exp
+
+import numpy as np
+import pytest
+import torch
+
+from surrogate import Network, Schedule, Variable, train_networks
+from tests.surrogate.conftest import INPUTS, OUTPUTS, random_inputs, smooth_function
+
+
+@pytest.fixture
+def network() -> Network:
+    """Random weights: 3 inputs, 4 neurons, 2 outputs; P = 26 parameters."""
+    rng = np.random.default_rng(21)
+    return Network(
+        IW=rng.normal(size=(4, 3)),
+        b1=rng.normal(size=4),
+        LW=rng.normal(size=(2, 4)),
+        b2=rng.normal(size=2),
+        input_ranges=np.array([[0.0, 9000.0], [-5.0, 5.0], [-1.0, 1.0]]),
+        target_ranges=np.array([[40.0, 140.0], [0.01, 0.03]]),
+        inputs=tuple(Variable(*v) for v in INPUTS),
+        outputs=tuple(Variable(*v) for v in OUTPUTS),
+        beta=50.0,
+        posterior_factor=np.triu(rng.normal(scale=0.05, size=(26, 26))),
+    )
+
+
+def test_prediction_is_the_papers_regression_equation(network):
+    """Equations 43-45 in plain Python, with the paper's exponential form of tansig."""
+    x = [6500.0, -1.25, 0.3]
+    I_p = [(i - low) * 2 / (high - low) - 1 for i, (low, high) in zip(x, network.input_ranges, strict=True)]
+    a = [
+        2 / (1 + exp(-2 * (sum(w * i for w, i in zip(row, I_p, strict=True)) + b))) - 1
+        for row, b in zip(network.IW, network.b1, strict=True)
+    ]
+    y_p = [sum(w * s for w, s in zip(row, a, strict=True)) + b for row, b in zip(network.LW, network.b2, strict=True)]
+    y = [low + (y + 1) / 2 * (high - low) for y, (low, high) in zip(y_p, network.target_ranges, strict=True)]
+    np.testing.assert_allclose(network.predict(x), y, rtol=1e-13)
+
+
+def test_prediction_agrees_with_torch_layers(network):
+    hidden, output = torch.nn.Linear(3, 4).double(), torch.nn.Linear(4, 2).double()
+    weights = (
+        (hidden.weight, network.IW),
+        (hidden.bias, network.b1),
+        (output.weight, network.LW),
+        (output.bias, network.b2),
+    )
+    X = random_inputs(200, seed=3)
+    with torch.no_grad():
+        for parameter, value in weights:
+            parameter.copy_(torch.tensor(value))
+        y_p = output(torch.tanh(hidden(torch.tensor(X / [4500.0, 5.0, 1.0] - [1.0, 0.0, 0.0])))).numpy()
+    expected = np.column_stack([90.0 + 50.0 * y_p[:, 0], 0.02 + 0.01 * y_p[:, 1]])
+    np.testing.assert_allclose(network.predict(X), expected, rtol=1e-12)
+
+
+def test_any_leading_shape_is_evaluated_sample_by_sample(network):
+    X = random_inputs(6, seed=4).reshape(2, 3, 3)
+    for evaluate in (network.predict, network.gradient, network.predict_std, network.parameter_gradient):
+        values = evaluate(X)
+        for i in np.ndindex(2, 3):
+            np.testing.assert_allclose(values[i], evaluate(X[i]), rtol=1e-12)
+
+
+def test_gradient_agrees_with_central_differences(network):
+    X = random_inputs(50, seed=5)
+    for i, step in enumerate([1e-1, 1e-4, 1e-5]):
+        h = step * np.eye(3)[i]
+        difference = (network.predict(X + h) - network.predict(X - h)) / (2 * step)
+        np.testing.assert_allclose(network.gradient(X)[..., i], difference, rtol=1e-6, atol=1e-8 / step * 1e-3)
+
+
+def test_parameter_gradient_agrees_with_central_differences(network):
+    """Parameters in the order of the rows of [IW, b1], then of [LW, b2]; outputs on [-1, 1]."""
+    X, step = random_inputs(10, seed=6), 1e-6
+    names = [(name, i, j) for i in range(4) for name, j in [("IW", 0), ("IW", 1), ("IW", 2), ("b1", None)]]
+    names += [(name, i, j) for i in range(2) for name, j in [("LW", 0), ("LW", 1), ("LW", 2), ("LW", 3), ("b2", None)]]
+
+    def moved(name, i, j, by):
+        values = getattr(network, name).copy()
+        values[i if j is None else (i, j)] += by
+        return replace(network, **{name: values}).predict(X) / [50.0, 0.01]
+
+    gradient = network.parameter_gradient(X)
+    assert gradient.shape == (10, 2, len(names))
+    for p, name in enumerate(names):
+        difference = (moved(*name, step) - moved(*name, -step)) / (2 * step)
+        np.testing.assert_allclose(gradient[..., p], difference, atol=1e-8)
+
+
+def test_standard_deviation_of_a_linear_model_has_its_closed_form(network):
+    """With the hidden layer certain, the output layer is Bayesian linear regression on the features z = [a, 1]."""
+    alpha, beta, X = 0.2, 40.0, random_inputs(30, seed=7)
+
+    def features(X):
+        a = np.tanh((X / [4500.0, 5.0, 1.0] - [1.0, 0.0, 0.0]) @ network.IW.T + network.b1)
+        return np.column_stack([a, np.ones(len(X))])
+
+    covariance = np.linalg.inv(2 * beta * features(X).T @ features(X) + 2 * alpha * np.eye(5))
+    K = np.zeros((26, 26))
+    for first in (16, 21):
+        K[first : first + 5, first : first + 5] = np.linalg.cholesky(covariance).T
+    fitted = replace(network, beta=beta, posterior_factor=K)
+
+    z = features(new := random_inputs(40, seed=8))
+    variance = 1 / (2 * beta) + np.einsum("ni,ij,nj->n", z, covariance, z)
+    np.testing.assert_allclose(fitted.predict_std(new), np.sqrt(variance)[:, None] * [50.0, 0.01], rtol=1e-12)
+
+
+def test_standard_deviation_of_a_trained_network_is_that_of_its_errors():
+    """Noise of a known size: the network finds it, and its intervals hold the share of new samples that they say."""
+    rng = np.random.default_rng(9)
+    X, new = random_inputs(600, seed=10), random_inputs(4000, seed=11)
+    Y, truth = smooth_function(X), smooth_function(new)
+    noise = 0.03 * np.ptp(Y, axis=0)
+    Y += rng.normal(size=Y.shape) * noise
+    Y_new = truth + rng.normal(size=truth.shape) * noise
+    rows = np.tile(np.arange(600), (4, 1))
+    trained = train_networks(X, Y, inputs=INPUTS, outputs=OUTPUTS, rows=rows, seed=1, schedule=Schedule(epochs=200))
+    for network, _ in trained:
+        noise_found = np.ptp(network.target_ranges, axis=1) / 2 / np.sqrt(2 * network.beta)
+        np.testing.assert_allclose(noise_found, noise, rtol=0.08)
+        std = network.predict_std(new)
+        assert (std > noise_found).all()
+        of_the_weights = np.sqrt(np.mean(std**2 - noise_found**2, axis=0))
+        np.testing.assert_allclose(
+            of_the_weights, np.sqrt(np.mean((network.predict(new) - truth) ** 2, axis=0)), rtol=0.3
+        )
+        z = (Y_new - network.predict(new)) / std
+        assert np.mean(z**2) == pytest.approx(1.0, abs=0.1)
+        assert np.mean(np.abs(z) < 1.96) == pytest.approx(0.95, abs=0.02)
+
+
+def test_in_range_holds_up_to_and_with_the_ends(network):
+    inside = network.in_range([[0.0, 5.0, 1.0], [4000.0, 0.0, 0.0], [9000.1, 0.0, 0.0], [1.0, -5.1, 0.0]])
+    assert inside.tolist() == [True, True, False, False]
+
+
+def test_arrays_cannot_be_changed(network):
+    with pytest.raises(ValueError, match="read-only"):
+        network.IW[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("X", "message"),
+    [([1.0, 2.0], "last axis must hold height, angle, width"), ([1.0, np.nan, 2.0], "not finite"), (3.0, "last axis")],
+)
+def test_wrong_inputs_are_refused(network, X, message):
+    with pytest.raises(ValueError, match=message):
+        network.predict(X)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"b2": np.zeros(3)}, r"b2 .* shape \(2,\)"),
+        ({"IW": np.full((4, 3), np.inf)}, "IW .* finite"),
+        ({"posterior_factor": np.eye(4)}, r"posterior_factor .* \(26, 26\)"),
+        ({"beta": 0.0}, "beta .* positive"),
+    ],
+)
+def test_a_network_that_does_not_fit_together_is_refused(network, change, message):
+    with pytest.raises(ValueError, match=message):
+        replace(network, **change)
+
+
+def test_evaluation_needs_neither_torch_nor_scikit_learn(network, tmp_path):
+    network.save(tmp_path / "network.json")
+    code = """
+import sys
+for name in ("torch", "sklearn"):
+    sys.modules[name] = None
+from surrogate import Network
+network = Network.load(sys.argv[1])
+print(network.predict([6500.0, -1.25, 0.3]).tolist(), network.predict_std([6500.0, -1.25, 0.3]).tolist())
+"""
+    command = [sys.executable, "-c", code, str(tmp_path / "network.json")]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    x = [6500.0, -1.25, 0.3]
+    assert run.stdout.strip() == f"{network.predict(x).tolist()} {network.predict_std(x).tolist()}"
