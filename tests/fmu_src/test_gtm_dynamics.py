@@ -1,13 +1,16 @@
 """GtmDynamics through FMPy against the core in this process and a plain Runge-Kutta of the test's own."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 
+from fmu_src.gtm_dynamics import FAULTS
 from gtm_fmu import core
 from gtm_fmu.airframe.names import CONTROLS, STATES
 from gtm_fmu.client import FmuClient, FmuError
+from gtm_fmu.core import library_path
 
 FT, DEG = 0.3048, math.pi / 180
 STATE_SI = np.array([FT] * 3 + [1] * 5 + [FT] + [1] * 3)
@@ -262,6 +265,16 @@ class TestBadStates:
             fmu.evaluate([bad[name] for name in STATE_NAMES], [bad[name] for name in CONTROL_NAMES])
         rates = fmu.evaluate([good[name] for name in STATE_NAMES], [good[name] for name in CONTROL_NAMES])
         assert np.abs(rates[:6]).max() < 1e-4
+
+    def test_step_of_too_many_parts(self, fmu):
+        with pytest.raises(FmuError, match=r"The step takes more than 1e9 parts of solver.substep"):
+            fmu.step(1e9)
+
+    def test_every_fault_of_the_core_has_a_sentence(self):
+        """A fault without one would raise in the slave, which ends the host."""
+        header = (library_path().parent / "gtm_core.h").read_text()
+        codes = re.search(r"enum gtm_fault \{(.*?)\}", header, re.DOTALL).group(1)
+        assert set(FAULTS) == {int(code) for code in re.findall(r"= (\d+)", codes)} - {0}
 
     def test_unknown_value_reference(self, fmu):
         """pythonfmu would free a slave twice that raises."""
