@@ -22,6 +22,13 @@ class BuildCore(build_ext):
         generate(CORE / "generated")
         super().run()
 
+    def build_extensions(self):
+        # Python's own link flags may carry a library path of this machine, which has no place in a library that travels.
+        linker = getattr(self.compiler, "linker_so", None)
+        if linker:
+            self.compiler.linker_so = [flag for flag in linker if not flag.startswith(("-L", "-Wl,-rpath"))]
+        super().build_extensions()
+
     def get_ext_filename(self, fullname):
         return str(Path(*fullname.split("."))) + LIBRARY_SUFFIX
 
@@ -46,12 +53,14 @@ setup(
                 "gtm_fmu/core/trim.c",
                 "gtm_fmu/core/manifold.c",
                 "gtm_fmu/core/linear_program.c",
+                "gtm_fmu/core/grid.c",
                 "gtm_fmu/core/generated/airframe.c",
                 "gtm_fmu/core/generated/tables.c",
             ],
             include_dirs=["gtm_fmu/core"],
+            libraries=[] if sys.platform == "win32" else ["m"],
             depends=["gtm_fmu/core/gtm_core.h", "gtm_fmu/core/table.h", "gtm_fmu/core/solver.h"],
-            extra_compile_args=[] if sys.platform == "win32" else ["-std=c99", "-O2", "-fvisibility=hidden"],
+            extra_compile_args=[] if sys.platform == "win32" else ["-std=c99", "-O2", "-g0", "-fvisibility=hidden"],
         )
     ],
     cmdclass={"build_ext": BuildCore, "bdist_wheel": PlatformWheel},

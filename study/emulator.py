@@ -65,7 +65,7 @@ class RudderEmulator:
                 f"No network at {error.filename} ({error.strerror}); give the folder that `gtm-fmu study` wrote."
             ) from None
         except ValueError as error:
-            raise InputError(f"{error}; run `gtm-fmu study` to train it anew.") from None
+            raise InputError(f"{str(error).rstrip('.')}; run `gtm-fmu study` to train it anew.") from None
         for network, outputs in zip(networks, (SPEEDS, THROTTLE), strict=True):
             if (network.inputs, network.outputs) != (INPUTS, outputs):
                 raise InputError(f"{place} holds networks of another model; give the folder `gtm-fmu study` wrote.")

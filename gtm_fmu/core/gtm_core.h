@@ -80,6 +80,12 @@ GTM_API int gtm_extreme(double altitude, double gamma, const double lower[GTM_NT
                         const double objective[GTM_NT], long n, const double *starts, double best[GTM_NT],
                         double *violation);
 
+/* Trims (least |beta|) on a grid of speeds and turn rates, both rising: cells connected by a flood to the n seeds (rows
+   of y). Fills feasible[speeds*rates] and, where feasible, y[speeds*rates*9]; returns their number, -1 without memory. */
+GTM_API long gtm_grid(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
+                      long speeds, const double *speed, long rates, const double *rate, long n, const double *seeds,
+                      unsigned char *feasible, double *y);
+
 /* State x[12] (latitude, longitude and psi zero) and controls u[4] of a steady manoeuvre. */
 GTM_API void gtm_trim_state(double altitude, double gamma, const double y[GTM_NT], double x[GTM_NX],
                             double u[GTM_NU]);

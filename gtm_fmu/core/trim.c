@@ -113,8 +113,10 @@ int gtm_newton(double y[GTM_NT], const gtm_condition *at, const int held[3])
     return best < 1e-9 ? 0 : 1;
 }
 
-/* Rough trim of a point mass with linear lift and side force; sideslip per rudder is what guesses differ in. */
-static void first_guess(double y[GTM_NT], const gtm_condition *at, const int held[3], double beta_per_rudder)
+/* Rough trim of a point mass with linear lift and side force; guesses differ in sideslip per rudder, and in throttle:
+   where ram drag eats a moderate thrust, its slope is zero and Newton needs a guess above. */
+static void first_guess(double y[GTM_NT], const gtm_condition *at, const int held[3], double beta_per_rudder,
+                        double throttle)
 {
     static const double degree = 0.017453292519943295;
     static const double lift_0 = 0.2, lift_slope = 4.8, side_force_slope = 0.56;
@@ -131,17 +133,17 @@ static void first_guess(double y[GTM_NT], const gtm_condition *at, const int hel
     y[ALPHA] = fmin(fmax(alpha, -0.08), 0.2);
     y[ELEVATOR] = 3 - 0.5 * y[ALPHA] / degree;
     y[AILERON] = -0.6 * y[RUDDER];
-    y[THROTTLE] = 50;
+    y[THROTTLE] = throttle;
 }
 
 int gtm_cold_newton(double y[GTM_NT], const gtm_condition *at, const int held[3])
 {
-    static const double beta_per_rudder[] = {0.7, 0.4, 1, 0};
+    static const double beta_per_rudder[] = {0.7, 0.7, 0.4, 1, 0}, throttle[] = {50, 100, 100, 100, 100};
     double given[GTM_NT];
     memcpy(given, y, sizeof given);
-    for (int guess = 0; guess < 4; guess++) {
+    for (int guess = 0; guess < 5; guess++) {
         memcpy(y, given, sizeof given);
-        first_guess(y, at, held, beta_per_rudder[guess]);
+        first_guess(y, at, held, beta_per_rudder[guess], throttle[guess]);
         if (!gtm_newton(y, at, held)) return 0;
     }
     return 1;
