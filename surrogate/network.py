@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,6 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from surrogate.scaling import Array, from_symmetric, to_symmetric
+
+BLOCK = 4096
+"""Samples that are evaluated at once."""
 
 
 class Variable(NamedTuple):
@@ -73,37 +77,40 @@ class Network:
 
     def predict(self, X: ArrayLike) -> Array:
         """Outputs (..., m) in their units, at the inputs X (..., d) in theirs."""
-        return from_symmetric(self._hidden(self._scaled(X)) @ self.LW.T + self.b2, self.target_ranges)
+
+        def outputs(I_p: Array) -> Array:
+            return from_symmetric(self._hidden(I_p) @ self.LW.T + self.b2, self.target_ranges)
+
+        return self._by_blocks(outputs, X)
 
     def gradient(self, X: ArrayLike) -> Array:
         """Slopes d output / d input (..., m, d) at X (..., d), in output units per input unit."""
-        slope = 1.0 - self._hidden(self._scaled(X)) ** 2
         scale = np.ptp(self.target_ranges, axis=1)[:, None] / np.ptp(self.input_ranges, axis=1)
-        return (self.LW * slope[..., None, :]) @ self.IW * scale
+
+        def slopes(I_p: Array) -> Array:
+            return (self.LW * (1.0 - self._hidden(I_p) ** 2)[:, None]) @ self.IW * scale
+
+        return self._by_blocks(slopes, X)
 
     def predict_std(self, X: ArrayLike) -> Array:
         """Standard deviation (..., m) of the outputs at X (..., d), in output units.
 
         Its square is the noise variance 1 / (2 beta) plus g'K'K g, which the uncertain parameters add, with g the
         gradient of the output with respect to them: MacKay's Gaussian approximation at the trained weights.
-        It needs m P numbers of memory a sample.
         """
-        Kg = self.parameter_gradient(X) @ self.posterior_factor.T
-        variance = 0.5 / self.beta + np.einsum("...p,...p->...", Kg, Kg)
-        return np.sqrt(variance) * np.ptp(self.target_ranges, axis=1) / 2.0
+
+        def standard_deviations(I_p: Array) -> Array:
+            Kg = self._parameter_gradient(I_p) @ self.posterior_factor.T
+            return np.sqrt(0.5 / self.beta + np.einsum("nop,nop->no", Kg, Kg))
+
+        return self._by_blocks(standard_deviations, X) * (np.ptp(self.target_ranges, axis=1) / 2.0)
 
     def parameter_gradient(self, X: ArrayLike) -> Array:
         """Gradient (..., m, P) of the outputs on [-1, 1] with respect to the parameters, at X (..., d).
 
         The parameters are the rows of [IW, b1], then the rows of [LW, b2].
         """
-        I_p = self._scaled(X)
-        a = self._hidden(I_p)
-        ones = np.ones((*a.shape[:-1], 1))
-        x, z = (np.concatenate([values, ones], axis=-1)[..., None, None, :] for values in (I_p, a))
-        hidden = (self.LW * (1.0 - a**2)[..., None, :])[..., None] * x
-        output = np.eye(len(self.outputs))[:, :, None] * z
-        return np.concatenate([block.reshape(*block.shape[:-2], -1) for block in (hidden, output)], axis=-1)
+        return self._by_blocks(self._parameter_gradient, X)
 
     def in_range(self, X: ArrayLike) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Whether each of the inputs X (..., d) lies inside the ranges of the training data (...,)."""
@@ -123,14 +130,24 @@ class Network:
 
         return read_network(Path(path))
 
-    def _scaled(self, X: ArrayLike) -> Array:
+    def _by_blocks(self, evaluate: Callable[[Array], Array], X: ArrayLike) -> Array:
+        """A function of scaled inputs (n, d) at X (..., d), in blocks that stay in the processor's cache."""
         X = np.asarray(X, dtype=float)
         if X.ndim == 0 or X.shape[-1] != len(self.inputs):
             names = ", ".join(variable.name for variable in self.inputs)
             raise ValueError(f"the inputs have the shape {X.shape}, but the last axis must hold {names}.")
         if not np.isfinite(X).all():
             raise ValueError("the inputs hold values that are not finite: leave those samples out.")
-        return to_symmetric(X, self.input_ranges)
+        samples = X.reshape(-1, len(self.inputs))
+        starts = range(0, max(len(samples), 1), BLOCK)
+        blocks = [evaluate(to_symmetric(samples[start : start + BLOCK], self.input_ranges)) for start in starts]
+        return np.concatenate(blocks).reshape(*X.shape[:-1], *blocks[0].shape[1:])
 
     def _hidden(self, I_p: Array) -> Array:
         return np.tanh(I_p @ self.IW.T + self.b1)
+
+    def _parameter_gradient(self, I_p: Array) -> Array:
+        a, ones = self._hidden(I_p), np.ones((len(I_p), 1))
+        hidden = (self.LW * (1.0 - a**2)[:, None])[..., None] * np.hstack([I_p, ones])[:, None, None]
+        output = np.eye(len(self.outputs))[:, :, None] * np.hstack([a, ones])[:, None, None]
+        return np.concatenate([part.reshape(*part.shape[:2], -1) for part in (hidden, output)], axis=2)

@@ -69,6 +69,15 @@ def test_any_leading_shape_is_evaluated_sample_by_sample(network):
             np.testing.assert_allclose(values[i], evaluate(X[i]), rtol=1e-12)
 
 
+def test_many_samples_are_each_evaluated_as_if_alone(network):
+    X = random_inputs(10_000, seed=12)
+    for i in (0, 4095, 4096, 9999):
+        np.testing.assert_allclose(network.predict(X)[i], network.predict(X[i]), rtol=1e-12)
+        np.testing.assert_allclose(network.predict_std(X)[i], network.predict_std(X[i]), rtol=1e-12)
+    assert network.predict(np.empty((0, 3))).shape == (0, 2)
+    assert network.gradient(np.empty((0, 3))).shape == (0, 2, 3)
+
+
 def test_gradient_agrees_with_central_differences(network):
     X = random_inputs(50, seed=5)
     for i, step in enumerate([1e-1, 1e-4, 1e-5]):
