@@ -122,7 +122,7 @@ class Trim:
     @classmethod
     def of_unknowns(cls, y, altitude_ft: float, gamma_deg: float, inside: bool, hit) -> "Trim":
         """The trim of unknowns y (9, core units); ``inside`` tells whether they are inside every limit."""
-        x, u = solver.trim_state(altitude_ft, gamma_deg * RAD_PER_DEG, y)
+        x, u = solver.trim_states(altitude_ft, gamma_deg * RAD_PER_DEG, y)
         residual = float(np.abs(motion.derivatives(x, u)[:6]).max())
         tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg = (y * _UNIT)[:5].tolist()
         p_deg_s, q_deg_s, r_deg_s = (x[3:6] * DEG_PER_RAD + 0.0).tolist()  # no -0
@@ -154,7 +154,7 @@ class Trim:
     @property
     def state_and_controls(self) -> tuple[np.ndarray, np.ndarray]:
         """State x (12) and controls u (4) in the specification's units; latitude, longitude and psi are zero."""
-        return solver.trim_state(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, self.unknowns)
+        return solver.trim_states(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, self.unknowns)
 
     def to_dict(self) -> dict[str, Any]:
         """All named values, ready for JSON."""

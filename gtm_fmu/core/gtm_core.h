@@ -86,8 +86,7 @@ GTM_API long gtm_grid(double altitude, double gamma, const double lower[GTM_NT],
                       long speeds, const double *speed, long rates, const double *rate, long n, const double *seeds,
                       unsigned char *feasible, double *y);
 
-/* State x[12] (latitude, longitude and psi zero) and controls u[4] of a steady manoeuvre. */
-GTM_API void gtm_trim_state(double altitude, double gamma, const double y[GTM_NT], double x[GTM_NX],
-                            double u[GTM_NU]);
+/* States x[12] (latitude, longitude and psi zero) and controls u[4] of n steady manoeuvres y (rows). */
+GTM_API void gtm_trim_states(double altitude, double gamma, long n, const double *y, double *x, double *u);
 
 #endif

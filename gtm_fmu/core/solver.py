@@ -88,10 +88,48 @@ def extreme(altitude: float, gamma: float, lower, upper, objective, starts) -> E
     return Extreme(y, violation.value, status)
 
 
-def trim_state(altitude: float, gamma: float, y) -> tuple[np.ndarray, np.ndarray]:
-    """State x (12) and controls u (4) of the steady manoeuvre y (9) at altitude in ft and gamma in rad."""
+def trim_states(altitude: float, gamma: float, y) -> tuple[np.ndarray, np.ndarray]:
+    """States x (.., 12) and controls u (.., 4) of steady manoeuvres y (.., 9) at altitude in ft and gamma in rad."""
     y = rows(y, NT, "y")
-    x, u = np.empty(len(STATES)), np.empty(len(CONTROLS))
-    at = ctypes.c_double(altitude), ctypes.c_double(gamma)
-    library().gtm_trim_state(*at, address(y), address(x), address(u))
+    leading = y.shape[:-1]
+    x, u = np.empty((*leading, len(STATES))), np.empty((*leading, len(CONTROLS)))
+    at = ctypes.c_double(altitude), ctypes.c_double(gamma), ctypes.c_long(int(np.prod(leading)))
+    library().gtm_trim_states(*at, address(y), address(x), address(u))
     return x, u
+
+
+class Grid(NamedTuple):
+    """Which cells (n, m) of speed and turn rate have a trim, and their unknowns (n, m, 9), NaN elsewhere."""
+
+    feasible: np.ndarray
+    y: np.ndarray
+
+
+def grid(altitude: float, gamma: float, lower, upper, speed, rate, seeds) -> Grid:
+    """Trims with the least sideslip at speeds (n) in ft/s and turn rates (m) in rad/s, both rising.
+
+    Cells are reached from the ``seeds`` (k, 9), trims inside the bounds, through neighbours that have a trim.
+    """
+    lower, upper = _bounds(lower, upper)
+    speed, rate = (np.ascontiguousarray(axis, dtype=float) for axis in (speed, rate))
+    seeds = rows(seeds, NT, "seeds")
+    feasible, y = np.zeros((len(speed), len(rate)), dtype=np.uint8), np.full((len(speed), len(rate), NT), np.nan)
+    solve = library().gtm_grid
+    solve.restype = ctypes.c_long
+    found = solve(
+        ctypes.c_double(altitude),
+        ctypes.c_double(gamma),
+        address(lower),
+        address(upper),
+        ctypes.c_long(len(speed)),
+        address(speed),
+        ctypes.c_long(len(rate)),
+        address(rate),
+        ctypes.c_long(len(seeds)),
+        address(seeds),
+        address(feasible),
+        address(y),
+    )
+    if found < 0:
+        raise MemoryError("No memory for the grid; ask for fewer cells.")
+    return Grid(feasible.astype(bool), y)

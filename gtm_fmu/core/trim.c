@@ -173,10 +173,12 @@ long gtm_cold_starts(double altitude, double gamma, long n, const double *held_v
     return found;
 }
 
-void gtm_trim_state(double altitude, double gamma, const double y[GTM_NT], double x[GTM_NX], double u[GTM_NU])
+void gtm_trim_states(double altitude, double gamma, long n, const double *y, double *x, double *u)
 {
-    cas_trim_state((const double *[]){y, &gamma, &altitude}, (double *[]){x}, 0, 0, 0);
-    memcpy(u, y + ELEVATOR, GTM_NU * sizeof *u);
+    for (long i = 0; i < n; i++, y += GTM_NT) {
+        cas_trim_state((const double *[]){y, &gamma, &altitude}, (double *[]){x + i * GTM_NX}, 0, 0, 0);
+        memcpy(u + i * GTM_NU, y + ELEVATOR, GTM_NU * sizeof *u);
+    }
 }
 
 /* Least |beta| under the bounds when neither the rudder nor beta = 0 settles it: the best of both signs. */
