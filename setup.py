@@ -54,12 +54,20 @@ setup(
                 "gtm_fmu/core/manifold.c",
                 "gtm_fmu/core/linear_program.c",
                 "gtm_fmu/core/grid.c",
+                "gtm_fmu/core/configuration.c",
+                "gtm_fmu/core/full_motion.c",
+                "gtm_fmu/core/full_table.c",
                 "gtm_fmu/core/generated/airframe.c",
                 "gtm_fmu/core/generated/tables.c",
+                "gtm_fmu/core/generated/full_airframe.c",
+                "gtm_fmu/core/generated/full_tables.c",
             ],
             include_dirs=["gtm_fmu/core"],
             libraries=[] if sys.platform == "win32" else ["m"],
-            depends=["gtm_fmu/core/gtm_core.h", "gtm_fmu/core/table.h", "gtm_fmu/core/solver.h"],
+            depends=[
+                f"gtm_fmu/core/{header}.h"
+                for header in ("gtm_core", "gtm_configuration", "table", "full_table", "kernel", "solver")
+            ],
             extra_compile_args=[] if sys.platform == "win32" else ["-std=c99", "-O2", "-g0", "-fvisibility=hidden"],
         )
     ],

@@ -25,8 +25,11 @@ class SplitRates(NamedTuple):
     r: ca.SX
 
 
-def kalviste_split(rates, flow: AirData) -> SplitRates:
-    """Split body rates (3, rad/s) by the hybrid Kalviste method: case 2 before case 1 before case 3 (SPEC 5.5)."""
+def kalviste_split(rates, flow: AirData, damaged=None) -> SplitRates:
+    """Split body rates (3, rad/s) by the hybrid Kalviste method: case 2 before case 1 before case 3 (SPEC 5.5).
+
+    Where ``damaged`` is true they stay whole, as in case 3 (SPEC 10.5).
+    """
     p, q, r = ca.vertsplit(rates)
     along_x = flow.cos_alpha * flow.cos_beta
     along_z = flow.sin_alpha * flow.cos_beta
@@ -44,6 +47,8 @@ def kalviste_split(rates, flow: AirData) -> SplitRates:
     omega_2 = r / ca.if_else(along_z != 0, along_z, 1)
     p_2 = p - omega_2 * along_x
     case_2 = ca.logic_and(possible_2, shrinks(p_2, p))
+    if damaged is not None:
+        case_1, case_2 = (ca.logic_and(ca.logic_not(damaged), case) for case in (case_1, case_2))
 
     def choose(second, first, otherwise):
         return ca.if_else(case_2, second, ca.if_else(case_1, first, otherwise))
@@ -52,9 +57,9 @@ def kalviste_split(rates, flow: AirData) -> SplitRates:
     return SplitRates(omega, p=choose(p_2, 0, p), q=q - omega * flow.sin_beta, r=choose(0, r_1, r))
 
 
-def lookup_arguments(flow: AirData, rates, surfaces):
+def lookup_arguments(flow: AirData, rates, surfaces, damaged=None):
     """Arguments K (9) of the tables: alpha and beta in deg, normalised rates, deflections (3) in deg (SPEC 5.5)."""
-    split = kalviste_split(rates, flow)
+    split = kalviste_split(rates, flow, damaged)
     tas = ca.fmin(ca.fmax(flow.tas_kt, 1), 10000)
     doubled = 2 * RATE_FT_S_PER_KT * tas
     omega_hat = split.omega * SPAN / doubled
@@ -74,4 +79,4 @@ def aerodynamic_loads(C, flow: AirData, mass: MassProperties):
     pressure_area = flow.dynamic_pressure * WING_AREA
     force = pressure_area * C[:3]
     moment = pressure_area * ca.vertcat(SPAN * C[3], MEAN_CHORD * C[4], SPAN * C[5])
-    return force, moment + ca.cross(ca.DM(MOMENT_REFERENCE - mass.cg), force)
+    return force, moment + ca.cross(ca.DM(MOMENT_REFERENCE) - mass.cg, force)

@@ -45,12 +45,23 @@ class Engine(NamedTuple):
     angular_momentum: ca.SX
 
 
-def engine(throttle, flow: AirData) -> Engine:
-    """One engine at a throttle position in percent; net thrust never falls below zero (SPEC 6)."""
-    speed = ca.polyval(ca.DM(SPEED_POLYNOMIAL), throttle)
+def engine(throttle, flow: AirData, running=1) -> Engine:
+    """One engine at a throttle position in percent; net thrust never falls below zero (SPEC 6).
+
+    With ``running`` 0 all its outputs are zero, its ram drag too (SPEC 10.2).
+    """
+    speed = running * ca.polyval(ca.DM(SPEED_POLYNOMIAL), throttle)
     gross = (THRUST_CUBIC * speed**3 + THRUST_OFFSET) * flow.air.pressure_ratio
     thrust = ca.fmax(0, gross - RAM_DRAG * flow.dynamic_pressure * WING_AREA)
-    return Engine(speed, thrust, ROTOR_INERTIA * FULL_SPEED_RAD_S * speed / 100)
+    return Engine(speed, running * thrust, ROTOR_INERTIA * FULL_SPEED_RAD_S * speed / 100)
+
+
+def both_engines(throttles, flow: AirData, running=None) -> tuple[Engine, Engine]:
+    """Left and right engine at throttle positions in percent, one for both or one each, ``running`` (2) or not."""
+    if running is None:
+        same = engine(throttles, flow)
+        return same, same
+    return engine(throttles[0], flow, running[0]), engine(throttles[1], flow, running[1])
 
 
 def engine_loads(left: Engine, right: Engine, rates, mass: MassProperties):
@@ -59,6 +70,6 @@ def engine_loads(left: Engine, right: Engine, rates, mass: MassProperties):
     for side, mounting in ((left, LEFT), (right, RIGHT)):
         direction = ca.DM(mounting.direction)
         force += side.thrust * direction
-        moment += ca.cross(ca.DM(mounting.position - mass.cg), side.thrust * direction)
+        moment += ca.cross(ca.DM(mounting.position) - mass.cg, side.thrust * direction)
         momentum += side.angular_momentum * direction
     return force, moment + ca.cross(rates, momentum)

@@ -71,7 +71,7 @@ def fold_rudder(table: Table) -> tuple[np.ndarray, np.ndarray]:
     SPEC 5.2 for d >= 0: c(alpha, beta, d) is c(alpha, -beta, -d) with CY, Cl, Cn negated; the weights of the two
     halves add up to one. Values [alpha, beta, rudder, 6], rudder from -45 to 45 deg.
     """
-    _check_symmetric(table, "beta")
+    check_symmetric(table, "beta")
     negative = table.axis("rud")
     mirrored = _MIRROR * table.values[:, ::-1, -2::-1]
     return np.concatenate([negative, -negative[-2::-1]]), np.concatenate([table.values, mirrored], axis=2)
@@ -83,8 +83,8 @@ def fold_ailerons(table: Table) -> tuple[np.ndarray, np.ndarray]:
     SPEC 5.3: c(alpha, beta, a) = c_R(alpha, beta, a) + c_R(alpha, -beta, -a) with CY, Cl, Cn of the latter negated.
     Values [alpha, beta, aileron, 6].
     """
-    _check_symmetric(table, "beta")
-    _check_symmetric(table, "ail")
+    check_symmetric(table, "beta")
+    check_symmetric(table, "ail")
     return table.axis("ail"), table.values + _MIRROR * table.values[:, ::-1, ::-1]
 
 
@@ -133,6 +133,7 @@ def folded_tables(tables: Mapping[str, Table] | None = None) -> FoldedTables:
     )
 
 
-def _check_symmetric(table: Table, axis: str) -> None:
+def check_symmetric(table: Table, axis: str) -> None:
+    """Raise ValueError unless the breakpoints of ``axis`` lie symmetric about zero, as a mirror rule needs."""
     if not np.array_equal(table.axis(axis), -table.axis(axis)[::-1]):
         raise ValueError(f"The mirror rule of {table.name} needs an axis {axis} symmetric about zero.")

@@ -1,10 +1,12 @@
-"""Mass, centre of gravity and inertia (SPEC 3), in slug, ft and slug ft^2."""
+"""Mass, centre of gravity and inertia (SPEC 3, 10.4, 10.5), in slug, ft and slug ft^2."""
 
 from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
 
 from gtm_fmu.airframe.atmosphere import GRAVITY
+from gtm_fmu.airframe.damage import DAMAGE_CASES
 
 WING_AREA = 5.9018  # ft^2
 MEAN_CHORD = 0.9153  # ft
@@ -24,23 +26,47 @@ FUEL_INERTIA = np.array(  # polynomials in fuel used, highest power first; their
         [-0.000019873124706, 0.000212146005908, 0.001301531989172],
     ]
 )
+GEAR_CG = np.array([-0.0025, 0.0, 0.0150])  # ft (SPEC 10.4)
+GEAR_INERTIA = np.array([0.0441, 0.0, 0.006994, 0.0, 0.0, 0.0])
+GEAR_DOWN = 0.5  # gear signal from which on the gear counts as down (SPEC 3)
 
 
 class MassProperties(NamedTuple):
-    """Mass in slug, centre of gravity in ft (reference frame of the airframe), inertia matrix in slug ft^2."""
+    """Mass in slug, centre of gravity in ft (frame of the airframe), inertia matrix in slug ft^2 and its inverse."""
 
-    mass: float
-    cg: np.ndarray
-    inertia: np.ndarray
+    mass: ca.DM | ca.SX
+    cg: ca.DM | ca.SX
+    inertia: ca.DM | ca.SX
+    inverse_inertia: ca.DM | ca.SX
 
 
-def mass_properties(fuel_used_lb: float = 0.0) -> MassProperties:
-    """Mass properties of the undamaged aircraft, gear up, after burning ``fuel_used_lb`` (SPEC 3)."""
-    weight = WEIGHT_FULL_FUEL - fuel_used_lb
-    burnt = min(AFT_TANK_LB, fuel_used_lb) * AFT_TANK + max(0.0, fuel_used_lb - AFT_TANK_LB) * FORWARD_TANK
-    cg = (WEIGHT_FULL_FUEL * CG_FULL_FUEL - burnt) / weight
-    ixx, iyy, izz, ixz, iyz, ixy = INERTIA_FULL_FUEL + np.append(
-        [np.polyval(polynomial, fuel_used_lb) for polynomial in FUEL_INERTIA], np.zeros(3)
-    )
-    inertia = np.array([[ixx, -ixy, -ixz], [-ixy, iyy, -iyz], [-ixz, -iyz, izz]])
-    return MassProperties(weight / GRAVITY, cg, inertia)
+def symmetric(ixx, iyy, izz, ixz, iyz, ixy):
+    """Inertia matrix (3, 3) of moments and products of inertia (SPEC 3)."""
+    return ca.vertcat(ca.horzcat(ixx, -ixy, -ixz), ca.horzcat(-ixy, iyy, -iyz), ca.horzcat(-ixz, -iyz, izz))
+
+
+def components(matrix) -> list:
+    """Ixx Iyy Izz Ixz Iyz Ixy of an inertia matrix (3, 3): the inverse of `symmetric`."""
+    return [matrix[0, 0], matrix[1, 1], matrix[2, 2], -matrix[0, 2], -matrix[1, 2], -matrix[0, 1]]
+
+
+def mass_properties(fuel_used_lb=0.0, gear=0.0, damage_case=0) -> MassProperties:
+    """Mass properties after burning ``fuel_used_lb``, with the gear at 0 (up) .. 1 (down), damaged or not (SPEC 3).
+
+    Numbers give numbers, symbols give expressions. The moments ``W0 cg0`` are those of the whole aircraft, while the
+    weight that divides them is without the lost part (SPEC 10.5).
+    """
+    gear_down = gear >= GEAR_DOWN
+
+    def damaged(name: str):
+        return sum((damage_case == case) * ca.DM(getattr(damage, name)) for case, damage in enumerate(DAMAGE_CASES))
+
+    weight = WEIGHT_FULL_FUEL - fuel_used_lb + damaged("weight_lb")
+    aft, forward = ca.fmin(AFT_TANK_LB, fuel_used_lb), ca.fmax(0.0, fuel_used_lb - AFT_TANK_LB)
+    burnt = aft * ca.DM(AFT_TANK) + forward * ca.DM(FORWARD_TANK)
+    cg = (WEIGHT_FULL_FUEL * ca.DM(CG_FULL_FUEL) - burnt) / weight + gear_down * ca.DM(GEAR_CG) + damaged("cg_in") / 12
+    fuel = ca.vertcat(*(ca.polyval(ca.DM(polynomial), fuel_used_lb) for polynomial in FUEL_INERTIA), 0, 0, 0)
+    moments = ca.DM(INERTIA_FULL_FUEL) + fuel + gear_down * ca.DM(GEAR_INERTIA) + damaged("inertia")
+    inertia = symmetric(*ca.vertsplit(moments))
+    inverse = ca.inv_minor(inertia) if isinstance(inertia, ca.SX) else ca.DM(np.linalg.inv(inertia.full()))
+    return MassProperties(weight / GRAVITY, cg, inertia, inverse)

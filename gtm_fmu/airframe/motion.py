@@ -3,13 +3,12 @@
 from typing import NamedTuple
 
 import casadi as ca
-import numpy as np
 
 from gtm_fmu.airframe import airdata
 from gtm_fmu.airframe.aerodynamics import aerodynamic_loads
 from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
-from gtm_fmu.airframe.engines import Engine, engine, engine_loads
+from gtm_fmu.airframe.engines import Engine, both_engines, engine_loads
 from gtm_fmu.airframe.mass import MassProperties
 from gtm_fmu.units import DEG_PER_RAD
 
@@ -51,6 +50,19 @@ def earth_velocity(velocity, att: Attitude):
     )
 
 
+def body_components(vector, att: Attitude):
+    """Body-axis components (3) of a vector north, east, down: the inverse of `earth_velocity` (SPEC 2)."""
+    north, east, down_ = ca.vertsplit(vector)
+    ahead = att.cos_psi * north + att.sin_psi * east
+    across = att.cos_psi * east - att.sin_psi * north
+    below = att.sin_theta * ahead + att.cos_theta * down_
+    return ca.vertcat(
+        att.cos_theta * ahead - att.sin_theta * down_,
+        att.cos_phi * across + att.sin_phi * below,
+        att.cos_phi * below - att.sin_phi * across,
+    )
+
+
 def accelerations(
     velocity, rates, att: Attitude, flow: AirData, C, engines: tuple[Engine, Engine], mass: MassProperties
 ):
@@ -60,22 +72,25 @@ def accelerations(
     force = aero_force + thrust_force
     moment = aero_moment + thrust_moment
     linear = force / mass.mass + GRAVITY * down(att) - ca.cross(rates, velocity)
-    angular = ca.DM(np.linalg.inv(mass.inertia)) @ (moment - ca.cross(rates, ca.DM(mass.inertia) @ rates))
+    angular = mass.inverse_inertia @ (moment - ca.cross(rates, mass.inertia @ rates))
     return ca.vertcat(linear, angular)
 
 
-def state_derivatives(x, u, C, mass: MassProperties):
-    """Derivatives (12) of the state x (12) under controls u (4) with total coefficients C (6) (SPEC 7)."""
+def state_derivatives(x, u, C, mass: MassProperties, wind=0, running=None):
+    """Derivatives (12) of the state x (12) with total coefficients C (6) (SPEC 7).
+
+    Controls u are three surfaces and one throttle, or with ``running`` (2) given that of the left and of the right
+    engine. The wind (3, ft/s) is in body axes.
+    """
     velocity, rates = x[:3], x[3:6]
     latitude, altitude = x[6], x[8]
     att = attitude(x[9], x[10], x[11])
-    flow = airdata.from_velocity(velocity, atmosphere(altitude))
+    flow = airdata.from_velocity(velocity - wind, atmosphere(altitude))
     north, east, sink = ca.vertsplit(earth_velocity(velocity, att))
     p, q, r = ca.vertsplit(rates)
     turning = q * att.sin_phi + r * att.cos_phi
-    both = engine(u[3], flow)
     return ca.vertcat(
-        accelerations(velocity, rates, att, flow, C, (both, both), mass),
+        accelerations(velocity, rates, att, flow, C, both_engines(u[3:], flow, running), mass),
         north / (NAVIGATION_RADIUS_FT + altitude),
         east / ((NAVIGATION_RADIUS_FT + altitude) * ca.cos(latitude)),
         -sink,
@@ -85,15 +100,15 @@ def state_derivatives(x, u, C, mass: MassProperties):
     )
 
 
-def outputs(x, u, C, mass: MassProperties):
-    """Outputs in the order of `names.OUTPUTS` (SPEC 8)."""
+def outputs(x, u, C, mass: MassProperties, wind=0, running=None):
+    """Outputs in the order of `names.OUTPUTS` (SPEC 8); arguments as those of `state_derivatives`."""
     velocity, rates = x[:3], x[3:6]
     att = attitude(x[9], x[10], x[11])
-    flow = airdata.from_velocity(velocity, atmosphere(x[8]))
+    flow = airdata.from_velocity(velocity - wind, atmosphere(x[8]))
     north, east, sink = ca.vertsplit(earth_velocity(velocity, att))
     track = ca.atan2(east, north) * DEG_PER_RAD
-    both = engine(u[3], flow)
-    linear = accelerations(velocity, rates, att, flow, C, (both, both), mass)[:3]
+    left, right = both_engines(u[3:], flow, running)
+    linear = accelerations(velocity, rates, att, flow, C, (left, right), mass)[:3]
     return ca.vertcat(
         flow.tas_kt,
         flow.eas_kt,
@@ -104,8 +119,8 @@ def outputs(x, u, C, mass: MassProperties):
         ca.atan2(-sink, ca.sqrt(north**2 + east**2)) * DEG_PER_RAD,
         ca.if_else(track < 0, track + 360, track),
         (linear + ca.cross(rates, velocity)) / LOAD_FACTOR_G - down(att),
-        both.thrust,
-        both.thrust,
-        both.rotor_speed,
-        both.rotor_speed,
+        left.thrust,
+        right.thrust,
+        left.rotor_speed,
+        right.rotor_speed,
     )

@@ -6,6 +6,9 @@ STATES = ("u", "v", "w", "p", "q", "r", "latitude", "longitude", "altitude", "ph
 CONTROLS = ("elevator", "aileron", "rudder", "throttle")
 """deg, deg, deg, % (SPEC 4)."""
 
+FULL_CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
+"""Those of any configuration: the engines have a throttle each."""
+
 OUTPUTS = (
     "tas",
     "eas",
@@ -33,3 +36,6 @@ COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 
 TRIM_UNKNOWNS = ("V", "alpha", "beta", "psi_dot", "phi", "elevator", "aileron", "rudder", "throttle")
 """A steady manoeuvre at given altitude and flight-path angle: ft/s, rad, rad, rad/s, rad, deg, deg, deg, %."""
+
+FULL_TRIM_UNKNOWNS = (*TRIM_UNKNOWNS[: -len(CONTROLS)], *FULL_CONTROLS)
+"""Those of any configuration."""

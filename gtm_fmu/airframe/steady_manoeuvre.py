@@ -7,7 +7,7 @@ import casadi as ca
 from gtm_fmu.airframe import airdata, motion
 from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.atmosphere import Atmosphere
-from gtm_fmu.airframe.engines import engine
+from gtm_fmu.airframe.engines import both_engines
 from gtm_fmu.airframe.mass import MassProperties
 
 
@@ -30,7 +30,7 @@ def pitch_angle(gamma, phi, flow: AirData):
 
 
 def steady_manoeuvre(y, gamma, air: Atmosphere) -> SteadyManoeuvre:
-    """The manoeuvre of trim unknowns y (9, order `names.TRIM_UNKNOWNS`) at gamma in rad (paper eqs 24-28)."""
+    """The manoeuvre of trim unknowns y (order `names.TRIM_UNKNOWNS`) at gamma in rad (paper eqs 24-28)."""
     V, alpha, beta, psi_dot, phi = (y[i] for i in range(5))
     flow = airdata.from_angles(V, alpha, beta, air)
     theta = pitch_angle(gamma, phi, flow)
@@ -38,9 +38,12 @@ def steady_manoeuvre(y, gamma, air: Atmosphere) -> SteadyManoeuvre:
     return SteadyManoeuvre(airdata.velocity(flow), rates, theta, flow)
 
 
-def trim_residual(y, gamma, air: Atmosphere, C, mass: MassProperties):
-    """The six accelerations (ft/s^2, rad/s^2) that a trim makes zero (paper eq. 6)."""
+def trim_residual(y, gamma, air: Atmosphere, C, mass: MassProperties, running=None):
+    """The six accelerations (ft/s^2, rad/s^2) that a trim makes zero (paper eq. 6).
+
+    With ``running`` (2) given the last two of y are the throttles of the left and of the right engine.
+    """
     steady = steady_manoeuvre(y, gamma, air)
     att = motion.attitude(y[4], steady.theta, ca.SX(0))
-    both = engine(y[8], steady.flow)
-    return motion.accelerations(steady.velocity, steady.rates, att, steady.flow, C, (both, both), mass)
+    engines = both_engines(y[8:], steady.flow, running)
+    return motion.accelerations(steady.velocity, steady.rates, att, steady.flow, C, engines, mass)

@@ -14,6 +14,8 @@ from gtm_fmu.airframe.atmosphere import GRAVITY, Atmosphere, atmosphere
 from gtm_fmu.airframe.folding import FoldedTables, folded_tables
 from gtm_fmu.airframe.mass import WING_AREA, mass_properties
 from gtm_fmu.airframe.names import COEFFICIENTS, CONTROLS, LOOKUPS, STATES, TRIM_UNKNOWNS
+from gtm_fmu.core.c_source import axis_definition, function, slope_through_tables, table_definition, write_functions
+from gtm_fmu.core.generate_full import generate_full
 
 STUDY_MASS = mass_properties()  # full fuel, no damage (SPEC 9)
 
@@ -39,12 +41,8 @@ def airframe_functions() -> list[ca.Function]:
     at_altitude = atmosphere(altitude)
     steady_state = ca.vertcat(steady.velocity, steady.rates, 0, 0, altitude, t[4], steady.theta, 0)
 
-    def function(name: str, arguments: list, results: list) -> ca.Function:
-        return ca.Function(name, arguments, [ca.densify(result) for result in results])
-
     def total_slope(result, arguments, wrt):
-        """Jacobian of a result through the look-ups too; transposed, so that C sees rows."""
-        return (ca.jacobian(result, wrt) + ca.jacobian(result, C) @ T @ ca.jacobian(arguments, wrt)).T
+        return slope_through_tables(result, wrt, C, T, arguments)
 
     return [
         function("cas_lookup", [x, u], [K]),
@@ -60,56 +58,28 @@ def airframe_functions() -> list[ca.Function]:
     ]
 
 
-def write_airframe(folder: Path) -> None:
-    """Write airframe.c and airframe.h: plain C99 of `airframe_functions`."""
-    generator = ca.CodeGenerator("airframe.c", {"with_header": True, "casadi_int": "int", "include_math": True})
-    for function in airframe_functions():
-        generator.add(function)
-    generator.generate(f"{folder}/")
-
-
-def _cells(axis: np.ndarray) -> tuple[float, list[int]]:
-    """Inverse width of uniform cells that hold at most one breakpoint each, and the interval at each cell's start."""
-    width = float(np.diff(axis).min()) * (1 - 1e-9)
-    starts = axis[0] + width * np.arange(int((axis[-1] - axis[0]) / width) + 1)
-    intervals = np.clip(np.searchsorted(axis, starts, side="right") - 1, 0, len(axis) - 2)
-    return 1 / width, intervals.tolist()
-
-
-def _c_array(name: str, values: np.ndarray) -> str:
-    numbers = ",\n".join(", ".join(repr(float(v)) for v in row) for row in np.reshape(values, (-1, 8)))
-    return f"const double {name}[{values.size}] = {{\n{numbers}}};\n"
-
-
-def _padded(values: np.ndarray, width: int) -> np.ndarray:
-    """Components padded with zeros to a vector-friendly width."""
-    return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, width - values.shape[-1])])
-
-
 def write_tables(folder: Path, tables: FoldedTables) -> None:
     """Write tables.c: axes with their search cells, and values as the kernel `table.c` lays them out."""
     text = ['#include "table.h"\n']
     axes = {name: getattr(tables, f"{name}_deg") for name in ("elevator", "aileron", "rudder")}
     axes |= {name: getattr(tables, name) for name in ("alpha", "beta", "p_hat", "q_hat", "r_hat", "omega_hat")}
-    for name, axis in axes.items():
-        inverse_width, cells = _cells(axis)
-        text.append(f"static const double {name}_points[] = {{{', '.join(repr(float(v)) for v in axis)}}};\n")
-        text.append(f"static const unsigned char {name}_cells[] = {{{', '.join(map(str, cells))}}};\n")
-        text.append(
-            f"const gtm_axis gtm_{name}_axis = "
-            f"{{{len(axis)}, {len(cells)}, {inverse_width!r}, {name}_points, {name}_cells}};\n"
-        )
+    text.extend(axis_definition(name, axis) for name, axis in axes.items())
     values = {name: getattr(tables, name) for name in ("basic", "elevator", "aileron", "rudder", "p", "q", "r")}
     values["omega"] = np.swapaxes(tables.omega, 1, 2)  # omega_hat innermost, as a deflection in the other tables
     for name, table in values.items():
-        text.append(_c_array(f"gtm_{name}_table", _padded(table, 8 if table.shape[-1] == len(COEFFICIENTS) else 4)))
-    constants = {"wing_area": WING_AREA, "weight": STUDY_MASS.mass * GRAVITY, "gravity": GRAVITY}
-    text.extend(f"const double gtm_{name} = {float(value)!r};\n" for name, value in constants.items())
+        text.append(table_definition(name, table))
+    constants: dict[str, float] = {
+        "wing_area": WING_AREA,
+        "weight": float(STUDY_MASS.mass * GRAVITY),
+        "gravity": GRAVITY,
+    }
+    text.extend(f"const double gtm_{name} = {value!r};\n" for name, value in constants.items())
     (folder / "tables.c").write_text("".join(text))
 
 
 def generate(folder: Path) -> None:
     """Write all generated C into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_airframe(folder)
+    write_functions(folder, "airframe", airframe_functions())
     write_tables(folder, folded_tables())
+    generate_full(folder)

@@ -2,6 +2,7 @@
 #ifndef GTM_SOLVER_H
 #define GTM_SOLVER_H
 
+#include "gtm_configuration.h"
 #include "gtm_core.h"
 
 enum { GTM_NF = 6 };
@@ -15,6 +16,12 @@ gtm_condition gtm_condition_at(double altitude, double gamma);
 
 void gtm_trim_residual(const double y[GTM_NT], const gtm_condition *at, double F[GTM_NF]);
 void gtm_trim_jacobian(const double y[GTM_NT], const gtm_condition *at, double F[GTM_NF], double J[GTM_NF * GTM_NT]);
+
+/* The same for any configuration, the study's tables taken where they serve. */
+void gtm_full_trim_residual(const gtm_configuration *c, const double y[GTM_FULL_NT], const gtm_condition *at,
+                            double F[GTM_NF]);
+void gtm_full_trim_jacobian(const gtm_configuration *c, const double y[GTM_FULL_NT], const gtm_condition *at,
+                            double F[GTM_NF], double J[GTM_NF * GTM_FULL_NT]);
 
 /* Largest |F|, ft/s^2 and rad/s^2 alike. */
 double gtm_residual_norm(const double F[GTM_NF]);
