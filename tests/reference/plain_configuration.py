@@ -42,8 +42,6 @@ SPOILER_WEIGHTS = {
     "OB": np.array([0.55, 0.55, 0.55, 0.74, 0.55, 0.74]),
 }
 
-H_RUNWAY = 12  # ft, SPEC 10.6
-
 
 class Damage(NamedTuple):
     """A row of SPEC 10.5: increments in lb, in and slug ft^2, and the lost surfaces."""
@@ -93,6 +91,7 @@ class Configuration:
         damage_case: 0..6.
         wind: north, east, down and three body-axis gusts, ft/s.
         shear: whether the wind grows with height.
+        h_runway: ft.
         engines_on: left, right.
         stall_asymmetry: whether SPEC 5.6 applies.
     """
@@ -102,6 +101,7 @@ class Configuration:
     damage_case: int = 0
     wind: Sequence[float] = (0.0,) * 6
     shear: bool = True
+    h_runway: float = 12.0
     engines_on: tuple[bool, bool] = (True, True)
     stall_asymmetry: bool = False
 
@@ -131,21 +131,20 @@ def mass_properties(fuel_used: float, gear: float, damage_case: int) -> MassProp
     return MassProperties(W / plain_model.G, cg + np.array(damage.cg) / 12, inertias + damage.inertias)
 
 
-def shear_gain(h: float) -> float:
-    """G at the height h in ft (SPEC 10.6)."""
-    return np.log(min(max(h - H_RUNWAY, 1.0), 1000.0) / 0.15) / np.log(20 / 0.15) / 1.8
+def shear_gain(height: float) -> float:
+    """G at a height above the runway in ft (SPEC 10.6)."""
+    return np.log(min(max(height, 1.0), 1000.0) / 0.15) / np.log(20 / 0.15) / 1.8
 
 
-def wind_body(x: Array, wind: Sequence[float], shear: bool) -> Array:
+def wind_body(x: Array, configuration: Configuration) -> Array:
     """Velocity of the air in body axes, ft/s (SPEC 10.6)."""
-    G = shear_gain(x[8]) if shear else 1.0
-    return G * plain_model.direction_cosines(*x[9:]) @ np.array(wind[:3]) + wind[3:]
+    G = shear_gain(x[8] - configuration.h_runway) if configuration.shear else 1.0
+    return G * plain_model.direction_cosines(*x[9:]) @ np.array(configuration.wind[:3]) + configuration.wind[3:]
 
 
 def air_data(x: Array, configuration: Configuration) -> plain_model.AirData:
     """Air data of the velocity relative to the air (SPEC 2)."""
-    wind = wind_body(x, configuration.wind, configuration.shear)
-    return plain_model.air_data(np.concatenate([x[:3] - wind, x[3:]]))
+    return plain_model.air_data(np.concatenate([x[:3] - wind_body(x, configuration), x[3:]]))
 
 
 def look_up_clipped(table: Any, *arguments: float) -> Array:
