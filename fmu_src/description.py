@@ -1,12 +1,10 @@
-"""The description of an FMU: units, variables and model as frozen dataclasses, written as FMI 2.0 XML.
+"""The description of an FMU: units, variables and model as frozen dataclasses.
 
-The same variables are the table that the slave reads in its host (`slave_table`) and that the documentation prints.
+It is written as XML (`fmi2_xml`, `fmi3_xml`), as the table that a slave reads in its host (`slave_table`), as that of a
+native FMU (`native_sources`), and as documentation.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-
-from lxml import etree
 
 from gtm_fmu import units
 
@@ -78,19 +76,32 @@ class Variable:
     scale: float = 1.0
     """SI per unit in which the slave computes the variable."""
 
-    @property
-    def is_calculated(self) -> bool:
-        """Whether the FMU computes the value during initialization."""
-        return self.initial == "calculated"
-
     def displayed(self, value: float) -> float:
         """A value in SI, in the display unit."""
         return value / DISPLAY_UNITS[self.display_unit][1] if self.display_unit else value
 
 
+@dataclass(frozen=True, kw_only=True)
+class Implementation:
+    """How an FMU was made, and what it can do beyond co-simulation."""
+
+    fmi: int
+    """2 or 3."""
+    tool: str
+    needs_execution_tool: bool = False
+    has_model_exchange: bool = False
+    has_partial_derivatives: bool = False
+    """Directional ones, and in FMI 3.0 adjoint ones."""
+    sources: tuple[str, ...] = ()
+    """C files to compile, under the folder of the sources."""
+
+
+PYTHON_SLAVE = Implementation(fmi=2, tool="gtm-fmu with pythonfmu", needs_execution_tool=True)
+
+
 @dataclass(frozen=True)
 class ModelDescription:
-    """An FMI 2.0 co-simulation model; the value reference of a variable is its place in the groups."""
+    """A model; the value reference of a variable is its place in the groups."""
 
     name: str
     title: str
@@ -99,15 +110,36 @@ class ModelDescription:
     step_size: float
     usage: tuple[str, ...]
     """How to use the FMU, paragraph by paragraph."""
-    initial_knowns: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    """Parameters that come with a known variable during initialization."""
+    limits: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """Parameters between which a command is held, lower and upper: known variables as well during initialization."""
     constants: dict[str, float] = field(default_factory=dict)
     """Numbers that the slave needs besides its variables."""
+    implementation: Implementation = PYTHON_SLAVE
 
     @property
     def variables(self) -> list[Variable]:
         """All variables in the order of their value references."""
         return [variable for group in self.groups.values() for variable in group]
+
+    @property
+    def outputs(self) -> list[Variable]:
+        """Variables that are outputs."""
+        return [variable for variable in self.variables if variable.causality == "output"]
+
+    @property
+    def derivatives(self) -> list[Variable]:
+        """Derivatives of the states."""
+        return [variable for variable in self.variables if variable.derivative_of]
+
+    @property
+    def initial_unknowns(self) -> list[Variable]:
+        """Variables that are computed during initialization."""
+        return [variable for variable in self.variables if variable.initial == "calculated"]
+
+    def knowns(self, unknown: Variable, is_initial: bool) -> list[str]:
+        """Names of what an unknown depends on at a communication point, or during initialization."""
+        parameters = [name for known in unknown.depends_on for name in self.limits.get(known, ())]
+        return [*unknown.depends_on, *parameters] if is_initial else list(unknown.depends_on)
 
 
 def slave_table(model: ModelDescription) -> dict:
@@ -131,111 +163,3 @@ def slave_table(model: ModelDescription) -> dict:
             name: [place[group[0].name], place[group[0].name] + len(group)] for name, group in model.groups.items()
         },
     }
-
-
-def write_xml(model: ModelDescription, guid: str, version: str) -> bytes:
-    """modelDescription.xml of the model (FMI 2.0.4, sections 2.2 and 4.3)."""
-    year, month, day, hour, minute, second = BUILD_DATE
-    root = etree.Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=model.name,
-        guid=guid,
-        description=model.title,
-        version=version,
-        license="Apache-2.0",
-        generationTool="gtm-fmu with pythonfmu",
-        generationDateAndTime=f"{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z",
-        variableNamingConvention="structured",
-        numberOfEventIndicators="0",
-    )
-    etree.SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=model.name,
-        needsExecutionTool="true",
-        canHandleVariableCommunicationStepSize="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-        canNotUseMemoryManagementFunctions="true",
-    )
-    _add_units(root, model.variables)
-    categories = etree.SubElement(root, "LogCategories")
-    for name, description in LOG_CATEGORIES.items():
-        etree.SubElement(categories, "Category", name=name, description=description)
-    experiment = {"startTime": 0.0, "stopTime": model.stop_time, "stepSize": model.step_size}
-    etree.SubElement(root, "DefaultExperiment", _attributes(experiment))
-    variables = etree.SubElement(root, "ModelVariables")
-    index = {variable.name: place for place, variable in enumerate(model.variables, start=1)}
-    for variable in model.variables:
-        _add_variable(variables, variable, index)
-    _add_structure(root, model, index)
-    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-
-
-def _attributes(values: dict) -> dict[str, str]:
-    """XML attributes of the values that are given; numbers to the last digit."""
-    texts = {bool: lambda value: str(value).lower(), float: repr}
-    return {name: texts.get(type(value), str)(value) for name, value in values.items() if value is not None}
-
-
-def _add_units(root: etree._Element, variables: Sequence[Variable]) -> None:
-    definitions = etree.SubElement(root, "UnitDefinitions")
-    used = {variable.unit for variable in variables if not variable.boolean}
-    for name in (unit for unit in BASE_UNITS if unit in used):
-        unit = etree.SubElement(definitions, "Unit", name=name)
-        etree.SubElement(unit, "BaseUnit", _attributes(BASE_UNITS[name]))
-        displayed = {variable.display_unit for variable in variables if variable.unit == name}
-        for display, (_, si_per_display) in DISPLAY_UNITS.items():
-            if display in displayed:
-                etree.SubElement(unit, "DisplayUnit", _attributes({"name": display, "factor": 1 / si_per_display}))
-
-
-def _add_variable(parent: etree._Element, variable: Variable, index: dict[str, int]) -> None:
-    common = {
-        "name": variable.name,
-        "valueReference": index[variable.name] - 1,
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": variable.variability,
-        "initial": variable.initial,
-    }
-    element = etree.SubElement(parent, "ScalarVariable", _attributes(common))
-    if variable.boolean:
-        start = None if variable.start is None else bool(variable.start)
-        etree.SubElement(element, "Boolean", _attributes({"start": start}))
-        return
-    real = {
-        "unit": variable.unit,
-        "displayUnit": variable.display_unit,
-        "min": variable.minimum,
-        "max": variable.maximum,
-        "nominal": variable.nominal,
-        "start": variable.start,
-        "derivative": index[variable.derivative_of] if variable.derivative_of else None,
-    }
-    etree.SubElement(element, "Real", _attributes(real))
-
-
-def _add_structure(root: etree._Element, model: ModelDescription, index: dict[str, int]) -> None:
-    """ModelStructure: what is an output, a derivative, unknown at the start, and what each depends on."""
-    structure = etree.SubElement(root, "ModelStructure")
-    variables = model.variables
-    outputs = [variable for variable in variables if variable.causality == "output"]
-    derivatives = [variable for variable in variables if variable.derivative_of]
-    calculated = [variable for variable in variables if variable.is_calculated]
-
-    def unknown(parent: etree._Element, variable: Variable, knowns: Sequence[str]) -> None:
-        dependencies = " ".join(str(place) for place in sorted(index[name] for name in knowns))
-        etree.SubElement(parent, "Unknown", index=str(index[variable.name]), dependencies=dependencies)
-
-    for tag, unknowns in (("Outputs", outputs), ("Derivatives", derivatives)):
-        if unknowns:
-            parent = etree.SubElement(structure, tag)
-            for variable in unknowns:
-                unknown(parent, variable, variable.depends_on)
-    if calculated:
-        parent = etree.SubElement(structure, "InitialUnknowns")
-        for variable in calculated:
-            parameters = [name for known in variable.depends_on for name in model.initial_knowns.get(known, ())]
-            unknown(parent, variable, [*variable.depends_on, *parameters])

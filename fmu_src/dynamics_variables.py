@@ -244,5 +244,5 @@ def dynamics_description() -> ModelDescription:
         stop_time=60.0,
         step_size=0.02,
         usage=USAGE,
-        initial_knowns={control: tuple(limit.name for limit in pair) for control, pair in limits.items()},
+        limits={control: (lower.name, upper.name) for control, (lower, upper) in limits.items()},
     )

@@ -4,11 +4,8 @@ All slaves of a process share its modules, so the code of an FMU lies in a packa
 two FMUs, or an old and a rebuilt one, never run each other's code.
 """
 
-import hashlib
-import os
 import sys
 import tempfile
-import uuid
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -20,10 +17,13 @@ from pathlib import Path
 
 from pythonfmu import FmuBuilder
 
-from fmu_src.description import BUILD_DATE, ModelDescription, slave_table, write_xml
-from fmu_src.documentation import PROJECT, documentation
+from fmu_src.archive import content_id, digest, write_archive
+from fmu_src.description import ModelDescription, slave_table
+from fmu_src.documentation import PROJECT, documentation, legal_texts
 from fmu_src.dynamics_variables import dynamics_description
+from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.icon import icon_png
+from fmu_src.native_packaging import NATIVE_MODELS
 from fmu_src.slave import TABLE_FILE, platform_folder
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
@@ -53,7 +53,7 @@ class Contents:
         """Files under ``resources`` by their path, the slave's package with its entry point included."""
         resources = {**self.resources, TABLE_FILE: dumps(slave_table(self.model), indent=1).encode()}
         code = {f"{name}.py": (SOURCES / f"{name}.py").read_bytes() for name in self.modules}
-        package = f"{self.modules[-1]}_{_digest(resources | code)[:16]}"
+        package = f"{self.modules[-1]}_{digest(resources | code)[:16]}"
         entry = ENTRY.format(package=package, module=self.modules[-1], slave=self.model.name)
         return {
             f"{package}_entry.py": entry.encode(),
@@ -90,36 +90,45 @@ MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {
     "dynamics": dynamics_contents,
     "surrogate": surrogate_contents,
 }
-"""The FMUs by their short names."""
+"""The FMUs of pythonfmu by their short names."""
 
 
-def build(name: str, destination: str | Path = ".", networks: Sequence[str | Path] = ()) -> Path:
+def build(
+    name: str, destination: str | Path = ".", networks: Sequence[str | Path] = (), all_platforms: bool = False
+) -> Path:
     """Build an FMU into a folder; equal sources give equal bytes.
 
     Args:
-        name: a key of `MODELS`.
+        name: a key of `MODELS` or of `NATIVE_MODELS`.
         destination: folder of the FMU; made when missing.
         networks: files of the trained networks that the FMU carries, where it uses any.
+        all_platforms: for a native FMU, binaries for all platforms by Zig, not only for this one.
 
     Returns:
         Path of the FMU, named after its model.
 
     Raises:
-        InputError: an unknown name, a missing core or network, a platform that pythonfmu does not serve, or a folder
+        InputError: an unknown name, a missing core, network or compiler, a platform that is not served, or a folder
             that cannot be written.
     """
+    if name in NATIVE_MODELS:
+        if networks:
+            raise InputError(f"Networks were given for the FMU {name}, which uses none: leave them out.")
+        native = NATIVE_MODELS[name]()
+        return write_archive(Path(destination, f"{native.model.name}.fmu"), native.members(all_platforms))
     if name not in MODELS:
-        raise InputError(f"No FMU is called '{name}': choose one of {', '.join(MODELS)}.")
+        raise InputError(f"No FMU is called '{name}': choose one of {', '.join((*MODELS, *NATIVE_MODELS))}.")
+    if all_platforms:
+        raise InputError(f"The FMU {name} runs in Python: only native ones are built for all platforms.")
     contents = MODELS[name]([Path(network) for network in networks])
     _check_wrapper(contents.platforms)
     members = _wrapped(contents)
-    members |= {
-        f"documentation/{path}": text for path, text in documentation(contents.model, contents.platforms).items()
-    }
+    pages = documentation(contents.model, contents.platforms, legal_texts("pythonfmu"))
+    members |= {f"documentation/{path}": text for path, text in pages.items()}
     members["model.png"] = icon_png()
-    content_id = str(uuid.UUID(_digest(members | {"xml": write_xml(contents.model, "", version(PROJECT))})[:32]))
-    members["modelDescription.xml"] = write_xml(contents.model, f"{{{content_id}}}", version(PROJECT))
-    return _write_archive(Path(destination), f"{contents.model.name}.fmu", members)
+    guid = content_id(members | {"xml": write_fmi2(contents.model, "", version(PROJECT))})
+    members["modelDescription.xml"] = write_fmi2(contents.model, guid, version(PROJECT))
+    return write_archive(Path(destination, f"{contents.model.name}.fmu"), members)
 
 
 def _wrapped(contents: Contents) -> dict[str, bytes]:
@@ -158,32 +167,3 @@ def _import_state_kept() -> Iterator[None]:
         sys.path[:] = search_path
         for module in [name for name in sys.modules if name not in modules and name.startswith("gtm_")]:
             del sys.modules[module]
-
-
-def _digest(members: dict[str, bytes]) -> str:
-    """SHA-256 of names and contents."""
-    digest = hashlib.sha256()
-    for name in sorted(members):
-        digest.update(f"{name}\0{len(members[name])}\0".encode())
-        digest.update(members[name])
-    return digest.hexdigest()
-
-
-def _write_archive(folder: Path, name: str, members: dict[str, bytes]) -> Path:
-    """Write the archive in one piece or not at all: members sorted, one fixed time."""
-    path, temporary = folder / name, folder / f".{name}.{os.getpid()}.tmp"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for member in sorted(members):
-                info = zipfile.ZipInfo(member, BUILD_DATE)
-                info.create_system, info.external_attr = 3, 0o644 << 16
-                info.compress_type = zipfile.ZIP_DEFLATED
-                archive.writestr(info, members[member], compresslevel=9)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(f"Cannot write the FMU '{path}' ({error.strerror}): choose another folder.") from error
-    finally:
-        if temporary.is_file():
-            temporary.unlink(missing_ok=True)
-    return path

@@ -1,0 +1,121 @@
+"""Compiling the sources of a native FMU: this platform with its own compiler, others with Zig's."""
+
+import logging
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from fmu_src.slave import platform_folder
+from gtm_fmu.errors import InputError
+
+FLAGS = ("-std=c99", "-O2", "-g0", "-fvisibility=hidden", "-shared", "-I.")
+_ELF = ("-fPIC", "-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
+"""An FMU calls its own functions, whatever else a process has loaded."""
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A platform: what Zig calls it, its folder under ``binaries`` in FMI 2.0 (None: no name there) and 3.0."""
+
+    target: str
+    fmi2: str | None
+    fmi3: str
+    suffix: str = ".so"
+    flags: tuple[str, ...] = _ELF
+
+    def folder(self, fmi: int) -> str | None:
+        """Name of the folder under ``binaries``."""
+        return self.fmi2 if fmi == 2 else self.fmi3
+
+
+PLATFORMS = (
+    Platform("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux"),
+    Platform("x86_64-linux-musl", None, "x86_64-linux-musl"),
+    Platform("aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux"),
+    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll", ()),
+    Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib", ("-fPIC",)),
+    Platform("aarch64-macos", "aarch64-darwin", "aarch64-darwin", ".dylib", ("-fPIC",)),
+)
+
+
+def host_platform() -> Platform:
+    """The platform that this process runs on.
+
+    Raises:
+        InputError: not one of `PLATFORMS`.
+    """
+    here = platform_folder()
+    names = {name: platform for platform in reversed(PLATFORMS) for name in (platform.fmi2, platform.fmi3) if name}
+    if here not in names:
+        raise InputError(f"Native FMUs are not built for {here}: build on one of {', '.join(sorted(names))}.")
+    return names[here]
+
+
+def host_binary(name: str, sources: dict[str, bytes]) -> dict[Platform, bytes]:
+    """The shared library for this platform, by its own compiler (environment variable CC, default cc).
+
+    Raises:
+        InputError: no compiler, or the compiler fails.
+    """
+    platform = host_platform()
+    try:
+        return {platform: _compile(shlex.split(os.environ.get("CC", "cc")), platform, name, sources)}
+    except FileNotFoundError:
+        raise InputError(
+            "A native FMU needs a C compiler and none was found: install one (for instance gcc), or the extra "
+            "`gtm-fmu[cross]` and build for all platforms."
+        ) from None
+
+
+def all_binaries(name: str, sources: dict[str, bytes], fmi: int) -> dict[Platform, bytes]:
+    """The shared libraries for all `PLATFORMS`, by Zig; one that fails is left out, and the log says why.
+
+    Raises:
+        InputError: Zig is not installed, or no platform could be built.
+    """
+    if find_spec("ziglang") is None:
+        raise InputError("Building for all platforms needs Zig: install the extra `gtm-fmu[cross]`.")
+    binaries, reason = {}, ""
+    for platform in PLATFORMS:
+        if platform.folder(fmi) is None:
+            log.warning("%s is left out: FMI %d.0 has no name for it.", platform.target, fmi)
+            continue
+        try:
+            command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, "-s"]
+            binaries[platform] = _compile(command, platform, name, sources)
+        except InputError as error:
+            reason = str(error)
+            log.warning("%s is left out: %s", platform.target, reason)
+    if not binaries:
+        raise InputError(f"No platform could be built, the last one because: {reason}")
+    return binaries
+
+
+def _compile(command: Sequence[str], platform: Platform, name: str, sources: dict[str, bytes]) -> bytes:
+    """One shared library; compiled with relative paths, so that nothing of this machine gets into it."""
+    with tempfile.TemporaryDirectory(prefix="gtm_fmu_") as folder:
+        for path, content in sources.items():
+            Path(folder, path).parent.mkdir(parents=True, exist_ok=True)
+            Path(folder, path).write_bytes(content)
+        files = sorted(path for path in sources if path.endswith(".c"))
+        library = f"{name}{platform.suffix}"
+        math = [] if platform.suffix == ".dll" else ["-lm"]
+        run = subprocess.run(
+            [*command, *FLAGS, *platform.flags, "-o", library, *files, *math],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+        )
+        if run.returncode:
+            lines = run.stderr.strip().splitlines() or [f"exit code {run.returncode}"]
+            first = next((line for line in lines if "error" in line), lines[0])
+            raise InputError(f"The compiler {' '.join(command)} failed ({first}).")
+        return Path(folder, library).read_bytes()

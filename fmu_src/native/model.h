@@ -1,0 +1,49 @@
+/* The interface between a model and the FMI wrappers.
+
+   Each FMU is compiled from the wrapper of its FMI version (fmi2.c or fmi3.c), what the wrappers share (instance.c), one
+   model, and its table of variables: variables.h and variables.c are written from the model description when the FMU is
+   built. A model works in its own units, those of SI divided by the variables' scales, and keeps nothing between calls. */
+#ifndef MODEL_H
+#define MODEL_H
+
+#include "variables.h"
+
+/* Length of an array that may be empty. */
+#define ROOM(n) ((n) > 0 ? (n) : 1)
+
+/* Rows and columns of the Jacobian: derivatives and outputs, states and inputs. */
+enum { N_UNKNOWNS = N_STATES + N_OUTPUTS, N_KNOWNS = N_STATES + N_INPUTS };
+
+typedef enum { STATE, DERIVATIVE, INPUT, OUTPUT, PARAMETER, TIME } Kind;
+
+/* A variable, by value reference. Start, bounds and nominal are in SI. */
+typedef struct {
+    const char *name, *unit;
+    Kind kind;
+    int is_boolean;
+    int limits; /* value reference of the lower limit that an input is held inside, the upper one's is next; or -1 */
+    double start, minimum, maximum, nominal, scale;
+} Variable;
+
+extern const Variable model_variables[N_VARIABLES];
+
+/* What is wrong, in one sentence, by fault; 0 is none, 1 that a number is not finite. */
+enum { FAULT_NOT_FINITE = 1 };
+extern const char *const model_faults[N_FAULTS];
+
+/* Each function returns 0 or a fault, and leaves its results undefined then. `values` are all variables in SI, where
+   a model finds its parameters. */
+
+/* dx[N_STATES] at x[N_STATES], u[N_INPUTS]. */
+int model_derivatives(const double x[], const double u[], const double values[], double dx[]);
+
+/* y[N_OUTPUTS]. */
+int model_outputs(const double x[], const double u[], const double values[], double y[]);
+
+/* jacobian[N_UNKNOWNS * N_KNOWNS], row by row. */
+int model_jacobian(const double x[], const double u[], const double values[], double jacobian[]);
+
+/* Move x on by `duration` in s with constant u. */
+int model_advance(double x[], const double u[], const double values[], double duration);
+
+#endif

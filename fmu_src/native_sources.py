@@ -1,0 +1,120 @@
+"""C sources of a native FMU: wrapper, model, core, and the table of variables written from the description."""
+
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+
+from fmu_src.description import ModelDescription, Variable
+from gtm_fmu.errors import InputError
+
+NATIVE = Path(__file__).parent / "native"
+CORE = Path(str(files("gtm_fmu.core")))
+HEADERS = {
+    2: ("fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"),
+    3: ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h"),
+}
+"""Headers of the standards, which FMPy carries under their own licence."""
+
+_KINDS = ("STATE", "DERIVATIVE", "INPUT", "OUTPUT", "PARAMETER", "TIME")
+_ARRAYS = {"STATES": "STATE", "DERIVATIVES": "DERIVATIVE", "INPUTS": "INPUT", "OUTPUTS": "OUTPUT"}
+
+
+def standard_headers(fmi: int) -> dict[str, bytes]:
+    """Headers of FMI 2.0 or 3.0 by their names."""
+    folder = files("fmpy").joinpath("c-code")
+    return {name: folder.joinpath(name).read_bytes() for name in HEADERS[fmi]}
+
+
+def header_licence() -> bytes:
+    """Licence of the headers: their own first comment."""
+    text = standard_headers(3)["fmi3Functions.h"].decode()
+    return (text.split("/*", 1)[1].split("*/", 1)[0].strip() + "\n").encode()
+
+
+def source_files(native: Sequence[str], core: Sequence[str], fmi: int) -> dict[str, bytes]:
+    """The sources but for the table of variables, by their paths; all headers of the core are among them.
+
+    Args:
+        native: file names in `NATIVE`, ``fmi2.c`` or ``fmi3.c`` aside.
+        core: C files in the core's folder.
+
+    Raises:
+        InputError: the core's generated C is missing.
+    """
+    headers = sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.h"))
+    try:
+        sources = {name: (CORE / name).read_bytes() for name in (*headers, *core)}
+    except FileNotFoundError as error:
+        raise InputError(f"There is no '{error.filename}': install the package first, with `pip install .`.") from error
+    sources |= {name: (NATIVE / name).read_bytes() for name in (*native, f"fmi{fmi}.c")}
+    return sources | standard_headers(fmi)
+
+
+def kind(variable: Variable, states: set[str]) -> str:
+    """What a variable is to the wrappers: one of ``enum Kind`` in model.h."""
+    if variable.causality != "output":
+        return {"input": "INPUT", "parameter": "PARAMETER", "independent": "TIME"}[variable.causality]
+    return "DERIVATIVE" if variable.derivative_of else "STATE" if variable.name in states else "OUTPUT"
+
+
+def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -> dict[str, bytes]:
+    """variables.h and variables.c of a model.
+
+    Args:
+        faults: sentences by fault, the first one being empty.
+    """
+    variables = model.variables
+    states = {variable.derivative_of for variable in variables if variable.derivative_of}
+    kinds = [kind(variable, {name for name in states if name}) for variable in variables]
+    counts = {"N_VARIABLES": len(variables), "N_FAULTS": len(faults)}
+    for array, name in _ARRAYS.items():
+        places = [place for place, found in enumerate(kinds) if found == name]
+        if places != list(range(min(places, default=0), min(places, default=0) + len(places))):
+            raise ValueError(f"The variables of kind {name} do not follow each other.")
+        counts |= {array: min(places, default=0), f"N_{array}": len(places)}
+    counts["TIME_REFERENCE"] = kinds.index("TIME")
+    parameters = {
+        variable.name.upper().replace(".", "_"): place
+        for place, (variable, found) in enumerate(zip(variables, kinds, strict=True))
+        if found == "PARAMETER"
+    }
+    lines = [f"    {name} = {value}" for name, value in (counts | parameters).items()]
+    header = (
+        "/* Written from the model description: value references, groups of them, and how many there are. */\n"
+        "#ifndef VARIABLES_H\n#define VARIABLES_H\n\n"
+        f'#define MODEL_TOKEN "{token}"\n\nenum {{\n' + ",\n".join(lines) + "\n};\n\n#endif\n"
+    )
+    rows = ",\n".join(_row(variable, found, model, counts) for variable, found in zip(variables, kinds, strict=True))
+    sentences = ",\n".join(f"    {_text(sentence)}" for sentence in faults)
+    table = (
+        '#include <math.h>\n\n#include "model.h"\n\n'
+        f"const Variable model_variables[N_VARIABLES] = {{\n{rows}}};\n\n"
+        f"const char *const model_faults[N_FAULTS] = {{\n{sentences}}};\n"
+    )
+    return {"variables.h": header.encode(), "variables.c": table.encode()}
+
+
+def _row(variable: Variable, found: str, model: ModelDescription, counts: dict[str, int]) -> str:
+    """One entry of model_variables."""
+    limits = model.limits.get(variable.name)
+    names = [other.name for other in model.variables]
+    lower = -1 if limits is None else names.index(limits[0])
+    if limits is not None and names.index(limits[1]) != lower + 1:
+        raise ValueError(f"The limits of {variable.name} do not follow each other.")
+    numbers = (
+        _number(variable.start, "0"),
+        _number(variable.minimum, "-INFINITY"),
+        _number(variable.maximum, "INFINITY"),
+        _number(variable.nominal, "1"),
+        _number(variable.scale, "1"),
+    )
+    entries = (_text(variable.name), _text(variable.unit), found, str(int(variable.boolean)), str(lower), *numbers)
+    return f"    {{{', '.join(entries)}}}"
+
+
+def _number(value: float | None, default: str) -> str:
+    return default if value is None else repr(float(value))
+
+
+def _text(value: str) -> str:
+    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,54 @@
+"""Parts of modelDescription.xml that FMI 2.0 and 3.0 write alike."""
+
+from collections.abc import Sequence
+
+from lxml import etree
+
+from fmu_src.description import BASE_UNITS, BUILD_DATE, DISPLAY_UNITS, LOG_CATEGORIES, ModelDescription, Variable
+
+
+def attributes(values: dict) -> dict[str, str]:
+    """XML attributes of the values that are given; numbers to the last digit."""
+    texts = {bool: lambda value: str(value).lower(), float: repr}
+    return {name: texts.get(type(value), str)(value) for name, value in values.items() if value is not None}
+
+
+def root_attributes(model: ModelDescription, version: str) -> dict[str, str]:
+    """What both standards say about a model as a whole."""
+    year, month, day, hour, minute, second = BUILD_DATE
+    return {
+        "modelName": model.name,
+        "description": model.title,
+        "version": version,
+        "license": "Apache-2.0",
+        "generationTool": model.implementation.tool,
+        "generationDateAndTime": f"{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z",
+        "variableNamingConvention": "structured",
+    }
+
+
+def add_head(root: etree._Element, model: ModelDescription) -> None:
+    """Units, log categories and the default experiment."""
+    _add_units(root, model.variables)
+    categories = etree.SubElement(root, "LogCategories")
+    for name, description in LOG_CATEGORIES.items():
+        etree.SubElement(categories, "Category", name=name, description=description)
+    experiment = {"startTime": 0.0, "stopTime": model.stop_time, "stepSize": model.step_size}
+    etree.SubElement(root, "DefaultExperiment", attributes(experiment))
+
+
+def _add_units(root: etree._Element, variables: Sequence[Variable]) -> None:
+    definitions = etree.SubElement(root, "UnitDefinitions")
+    used = {variable.unit for variable in variables if not variable.boolean}
+    for name in (unit for unit in BASE_UNITS if unit in used):
+        unit = etree.SubElement(definitions, "Unit", name=name)
+        etree.SubElement(unit, "BaseUnit", attributes(BASE_UNITS[name]))
+        displayed = {variable.display_unit for variable in variables if variable.unit == name}
+        for display, (_, si_per_display) in DISPLAY_UNITS.items():
+            if display in displayed:
+                etree.SubElement(unit, "DisplayUnit", attributes({"name": display, "factor": 1 / si_per_display}))
+
+
+def document(root: etree._Element) -> bytes:
+    """The file of an element."""
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
