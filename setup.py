@@ -53,6 +53,7 @@ setup(
                 "gtm_fmu/core/trim.c",
                 "gtm_fmu/core/manifold.c",
                 "gtm_fmu/core/linear_program.c",
+                "gtm_fmu/core/envelope.c",
                 "gtm_fmu/core/grid.c",
                 "gtm_fmu/core/configuration.c",
                 "gtm_fmu/core/full_motion.c",

@@ -1,9 +1,9 @@
 """The envelope left by a failure: exact V_min and V_max of a flight condition.
 
 Steady manoeuvres at given altitude and flight-path angle form a manifold of three dimensions (two with the rudder
-jammed). V_min and V_max are linear objectives on it under the limits. They have local optima, so each is sought from
-many starts. A restricted rudder may hold any deflection of its range: its envelope is the union of the jammed ones,
-so it is solved from the best jams of a fine grid with the rudder set free inside its range.
+jammed). V_min and V_max are linear objectives on it under the limits. They have local optima, so the core seeks each
+from many starts. A restricted rudder may hold any deflection of its range, so its envelope is the union of the jammed
+ones.
 """
 
 from dataclasses import asdict, dataclass, replace
@@ -17,9 +17,6 @@ from gtm_fmu.failures import ControlLimits, Range
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, PSI_DOT, RUDDER, THROTTLE, Trim, V
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
-START_SPEEDS_KT = np.linspace(60.0, 200.0, 8)
-START_BANKS_DEG = np.linspace(-28.0, 28.0, 5)
-JAM_STEP_DEG = 1.0
 _THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
 
 # Unknown and sign of what is made least: the envelope's two ends, and the throttle that tells whether there is one.
@@ -67,8 +64,6 @@ class Boundary:
 class FlightCondition:
     """Extremes of the steady manoeuvres at one altitude and flight-path angle, for any limits of the rudder.
 
-    Jammed extremes are kept, so asking for many rudder limits costs little more than asking for the widest.
-
     Raises:
         InputError: altitude, flight path or bounds outside what is allowed.
     """
@@ -85,8 +80,6 @@ class FlightCondition:
         self.gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
         self.limits = limits or ControlLimits()
         self._lower, self._upper = manoeuvre.bounds(self.limits, alpha_deg, phi_deg)
-        self._cold: dict[float, np.ndarray] = {}
-        self._jams: dict[tuple[float, tuple[int, float]], solver.Extreme] = {}
 
     def envelope(self, rudder_deg: Range | None = None) -> Envelope:
         """V_min and V_max with the rudder inside ``rudder_deg`` (default: the limits of this condition)."""
@@ -105,7 +98,7 @@ class FlightCondition:
             at_v_max=self._trim(high, limits),
         )
 
-    def boundary(self, rudder_deg: Range | None = None, points: int = 60) -> Boundary:
+    def boundary(self, rudder_deg: Range | None = None, points: int = 40) -> Boundary:
         """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points."""
         whole = self.envelope(rudder_deg)
         if whole.v_min_kt is None or whole.v_max_kt is None:
@@ -127,33 +120,6 @@ class FlightCondition:
         return Trim.of_unknowns(found.y, self.altitude_ft, self.gamma_deg, inside, hit)
 
     def _extreme(self, rudder_deg: Range, goal: tuple[int, float], tas_kt: float | None = None) -> solver.Extreme:
-        """Best of all jams on the grid, then from the two best of them with the rudder free inside its range."""
-        if rudder_deg[0] == rudder_deg[1]:
-            return self._jam(rudder_deg[0], goal, tas_kt)
-        inner = np.arange(np.ceil(rudder_deg[0] / JAM_STEP_DEG), np.floor(rudder_deg[1] / JAM_STEP_DEG) + 1)
-        deflections = np.unique([*rudder_deg, *(inner * JAM_STEP_DEG)]).tolist()
-        jams = [self._jam(deflection, goal, tas_kt) for deflection in deflections]
-        jams = [jam for jam in jams if jam.status != solver.NO_TRIM]
-        if not jams:
-            return solver.Extreme(np.full(len(self._lower), np.nan), np.inf, solver.NO_TRIM)
-        unknown, sign = goal
-        best = sorted(jams, key=lambda jam: (jam.status, jam.violation if jam.status else sign * jam.y[unknown]))[:2]
-        return self._solve(rudder_deg, goal, tas_kt, np.array([jam.y for jam in best]))
-
-    def _jam(self, deflection: float, goal: tuple[int, float], tas_kt: float | None = None) -> solver.Extreme:
-        key = deflection, goal
-        if tas_kt is None and key in self._jams:
-            return self._jams[key]
-        if deflection not in self._cold:
-            speed, bank = np.meshgrid(START_SPEEDS_KT * FT_S_PER_KT, START_BANKS_DEG * RAD_PER_DEG)
-            held = np.column_stack([speed.ravel(), bank.ravel(), np.full(speed.size, deflection)])
-            self._cold[deflection] = solver.cold_starts(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, held)
-        found = self._solve((deflection, deflection), goal, tas_kt, self._cold[deflection])
-        if tas_kt is None:
-            self._jams[key] = found
-        return found
-
-    def _solve(self, rudder_deg: Range, goal: tuple[int, float], tas_kt: float | None, starts) -> solver.Extreme:
         lower, upper, objective = self._lower.copy(), self._upper.copy(), np.zeros(len(self._lower))
         lower[RUDDER], upper[RUDDER] = rudder_deg
         unknown, sign = goal
@@ -162,7 +128,7 @@ class FlightCondition:
             upper[THROTTLE] = _THROTTLE_WITHOUT_LIMIT
         if tas_kt is not None:
             lower[V] = upper[V] = tas_kt * FT_S_PER_KT
-        return solver.extreme(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective, starts)
+        return solver.envelope_end(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective)
 
 
 def envelope(

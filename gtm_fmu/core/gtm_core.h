@@ -80,6 +80,10 @@ GTM_API int gtm_extreme(double altitude, double gamma, const double lower[GTM_NT
                         const double objective[GTM_NT], long n, const double *starts, double best[GTM_NT],
                         double *violation);
 
+/* The same, sought from many starts over the whole range and then about the best: for V_min, V_max, the least throttle. */
+GTM_API int gtm_envelope_end(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
+                             const double objective[GTM_NT], double best[GTM_NT], double *violation);
+
 /* Trims (least |beta|) on a grid of speeds and turn rates, both rising: cells connected by a flood to the n seeds (rows
    of y). Fills feasible[speeds*rates] and, where feasible, y[speeds*rates*9]; returns their number, -1 without memory. */
 GTM_API long gtm_grid(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],

@@ -2,36 +2,101 @@
 
    At a point of the manifold six unknowns follow from the others (null space of the Jacobian); a linear program in the
    remaining two or three, plus one variable for the largest violation of the bounds, gives the step; Newton brings its
-   end back to the manifold. The violation is charged at a high price, which also is the search for a feasible point. */
+   end back to the manifold. The violation is charged at a high price, which also is the search for a feasible point.
+
+   The tables are piecewise linear, and an optimum may lie on a breakpoint, where the slopes of one side mislead. Once a
+   step disappoints, steps end at the border of the cell between breakpoints; a point on a border, with no gain left in
+   its cell, looks into the cell beyond. */
 #include <math.h>
 #include <string.h>
 
 #include "solver.h"
+#include "table.h"
 
 static const double violation_price = 1000, inside = 1e-7;
-static const double first_radius = 0.5, least_radius = 1e-8, largest_radius = 4;
-enum { MOST_STEPS = 80, MOST_FREE = 9, MOST_NULL = 3 };
+static const double first_radius = 0.5, least_radius = 1e-8, largest_radius = 4, least_promise = 1e-9;
+enum { MOST_STEPS = 100, MOST_FREE = 9, MOST_NULL = 3 };
 
 /* Row scale of the residual: g and 1 rad/s^2 weigh alike in pivoting. */
 static const double row_scale[GTM_NF] = {0.03, 0.03, 0.03, 1, 1, 1};
 
 typedef struct {
-    int count;                            /* dimension of the null space */
-    double newton[GTM_NT];                /* scaled step to F = 0 with the null-space unknowns kept */
-    double direction[GTM_NT][MOST_NULL];  /* scaled step for one unit of each null-space unknown */
+    int count;                           /* dimension of the null space */
+    double direction[GTM_NT][MOST_NULL]; /* scaled step for one unit of each null-space unknown */
 } tangent;
 
-/* Tangent space at y: eliminate six free unknowns with complete pivoting. */
-static int tangent_at(const double *y, const gtm_condition *at, const int *is_free, tangent *out)
+/* Where slopes hold: the interval of each unknown between breakpoints, and no limits for those without. */
+typedef struct {
+    double lower[GTM_NT], upper[GTM_NT];
+} cell;
+
+enum { ALPHA = 1, BETA = 2, PSI_DOT = 3, ELEVATOR = 5, AILERON = 6, RUDDER = 7, KINKED = 6 };
+static const int kinked[KINKED] = {ALPHA, BETA, PSI_DOT, ELEVATOR, AILERON, RUDDER};
+static const double border = 1e-9; /* of a scale unit */
+
+/* Breakpoints of an unknown. All rates are zero together with the turn rate, where every rate table has one. */
+static const gtm_axis *breakpoints(int unknown)
 {
-    double F[GTM_NF], J[GTM_NF * GTM_NT], A[GTM_NF][GTM_NT + 1];
+    static const double about_zero[] = {-1, 0, 1};
+    static const gtm_axis turn_rate = {3, 0, 0, about_zero, 0};
+    switch (unknown) {
+    case ALPHA: return &gtm_alpha_axis;
+    case BETA: return &gtm_beta_axis;
+    case PSI_DOT: return &turn_rate;
+    case ELEVATOR: return &gtm_elevator_axis;
+    case AILERON: return &gtm_aileron_axis;
+    default: return &gtm_rudder_axis;
+    }
+}
+
+/* Set the interval of an unknown that holds `value`, or on a breakpoint the one on the given side of it. */
+static void set_interval(cell *c, int unknown, double value, int above)
+{
+    const gtm_axis *axis = breakpoints(unknown);
+    const double unit = unknown <= BETA ? 0.017453292519943295 : 1, slack = border * gtm_scale[unknown];
+    c->lower[unknown] = -INFINITY;
+    c->upper[unknown] = INFINITY;
+    for (int k = 1; k < axis->points - 1; k++) { /* the end intervals extrapolate */
+        const double point = axis->point[k] * unit;
+        if (above ? point <= value + slack : point < value - slack)
+            c->lower[unknown] = point;
+        else {
+            c->upper[unknown] = point;
+            break;
+        }
+    }
+}
+
+/* The cell of y; an unknown on the border of its old interval stays there. */
+static void update_cell(cell *c, const double *y)
+{
+    for (int k = 0; k < KINKED; k++) {
+        const int i = kinked[k];
+        const double slack = border * gtm_scale[i];
+        if (y[i] < c->lower[i] - slack || y[i] > c->upper[i] + slack) set_interval(c, i, y[i], y[i] > c->upper[i]);
+    }
+}
+
+static void first_cell(cell *c, const double *y, const double *upper)
+{
+    for (int i = 0; i < GTM_NT; i++) c->lower[i] = -INFINITY, c->upper[i] = INFINITY;
+    for (int k = 0; k < KINKED; k++) set_interval(c, kinked[k], y[kinked[k]], y[kinked[k]] < upper[kinked[k]]);
+}
+
+/* Tangent space at y with the slopes of cell c: eliminate six free unknowns with complete pivoting. */
+static int tangent_at(const double *y, const gtm_condition *at, const int *is_free, const cell *c, tangent *out)
+{
+    double F[GTM_NF], J[GTM_NF * GTM_NT], A[GTM_NF][GTM_NT], within[GTM_NT];
     int column[GTM_NT], free_count = 0;
-    gtm_trim_jacobian(y, at, F, J);
+    for (int i = 0; i < GTM_NT; i++) {
+        const double slack = border * gtm_scale[i];
+        within[i] = fmin(fmax(y[i], c->lower[i] + slack), c->upper[i] - slack);
+    }
+    gtm_trim_jacobian(within, at, F, J);
     for (int i = 0; i < GTM_NT; i++)
         if (is_free[i]) column[free_count++] = i;
     for (int i = 0; i < GTM_NF; i++) {
         for (int k = 0; k < free_count; k++) A[i][k] = J[i * GTM_NT + column[k]] * gtm_scale[column[k]] * row_scale[i];
-        A[i][free_count] = -F[i] * row_scale[i];
     }
     for (int s = 0; s < GTM_NF; s++) {
         int row = s, col = s;
@@ -39,7 +104,7 @@ static int tangent_at(const double *y, const gtm_condition *at, const int *is_fr
             for (int k = s; k < free_count; k++)
                 if (fabs(A[i][k]) > fabs(A[row][col])) row = i, col = k;
         if (!(fabs(A[row][col]) > 1e-10)) return 1;
-        for (int k = 0; k <= free_count; k++) {
+        for (int k = 0; k < free_count; k++) {
             const double kept = A[s][k];
             A[s][k] = A[row][k];
             A[row][k] = kept;
@@ -53,19 +118,17 @@ static int tangent_at(const double *y, const gtm_condition *at, const int *is_fr
         column[s] = column[col];
         column[col] = kept;
         const double inverse = 1 / A[s][s];
-        for (int k = s; k <= free_count; k++) A[s][k] *= inverse;
+        for (int k = s; k < free_count; k++) A[s][k] *= inverse;
         for (int i = 0; i < GTM_NF; i++) {
             if (i == s) continue;
             const double factor = A[i][s];
-            for (int k = s; k <= free_count; k++) A[i][k] -= factor * A[s][k];
+            for (int k = s; k < free_count; k++) A[i][k] -= factor * A[s][k];
         }
     }
     memset(out, 0, sizeof *out);
     out->count = free_count - GTM_NF;
-    for (int s = 0; s < GTM_NF; s++) {
-        out->newton[column[s]] = A[s][free_count];
+    for (int s = 0; s < GTM_NF; s++)
         for (int j = 0; j < out->count; j++) out->direction[column[s]][j] = -A[s][GTM_NF + j];
-    }
     for (int j = 0; j < out->count; j++) out->direction[column[GTM_NF + j]][j] = 1;
     return 0;
 }
@@ -104,16 +167,18 @@ static int project(double *y, const gtm_condition *at, const int *movable)
     return before < 1e-9 ? 0 : 1;
 }
 
-/* Project with the unknowns that reached a bound frozen there; with all of them if that leaves too few or fails. */
+/* Project with the unknowns that reached a bound or the cell's border frozen there; with all of them if that leaves too
+   few or fails. */
 static int project_along_bounds(double *y, const gtm_condition *at, const double *lower, const double *upper,
-                                const int *is_free)
+                                const cell *c, const int *is_free)
 {
     int movable[GTM_NT], count = 0;
     double frozen[GTM_NT];
     memcpy(frozen, y, sizeof frozen);
     for (int i = 0; i < GTM_NT; i++) {
         const double slack = 1e-9 * gtm_scale[i];
-        movable[i] = is_free[i] && fabs(y[i] - lower[i]) > slack && fabs(y[i] - upper[i]) > slack;
+        movable[i] = is_free[i] && fabs(y[i] - lower[i]) > slack && fabs(y[i] - upper[i]) > slack &&
+                     fabs(y[i] - c->lower[i]) > slack && fabs(y[i] - c->upper[i]) > slack;
         count += movable[i];
     }
     if (count >= GTM_NF && !project(frozen, at, movable)) {
@@ -125,7 +190,8 @@ static int project_along_bounds(double *y, const gtm_condition *at, const double
 
 /* Linear program in the tangent space: step of y/scale and the violation it leaves. */
 static int linear_step(const double *y, const double *lower, const double *upper, const double *objective,
-                       const int *is_free, const tangent *at_y, double radius, double *step, double *left_over)
+                       const int *is_free, const tangent *at_y, const cell *c_y, double radius, double *step,
+                       double *left_over)
 {
     const int n = at_y->count, d = n + 1;
     double A[4 * MOST_FREE * (MOST_NULL + 1)], b[4 * MOST_FREE], c[MOST_NULL + 1] = {0};
@@ -134,8 +200,7 @@ static int linear_step(const double *y, const double *lower, const double *upper
     for (int i = 0; i < GTM_NT; i++) {
         for (int j = 0; j < n; j++) c[j] += objective[i] * at_y->direction[i][j];
         if (!is_free[i]) continue;
-        const double room[2] = {(upper[i] - y[i]) / gtm_scale[i] - at_y->newton[i],
-                                (y[i] - lower[i]) / gtm_scale[i] + at_y->newton[i]};
+        const double room[2] = {(upper[i] - y[i]) / gtm_scale[i], (y[i] - lower[i]) / gtm_scale[i]};
         for (int side = 0; side < 2; side++) {
             const double sign = side ? -1 : 1;
             for (int j = 0; j < n; j++) A[rows * d + j] = sign * at_y->direction[i][j];
@@ -144,11 +209,14 @@ static int linear_step(const double *y, const double *lower, const double *upper
             if (-room[side] > violation) violation = -room[side];
         }
     }
-    const int bound_rows = rows;
-    for (int i = 0; i < bound_rows; i++, rows++) { /* the trust region holds for every unknown */
-        memcpy(A + rows * d, A + i * d, n * sizeof *A);
-        A[rows * d + n] = 0;
-        b[rows] = radius;
+    for (int i = 0, k = 0; i < GTM_NT; i++) { /* the trust region and the cell hold for every unknown */
+        if (!is_free[i]) continue;
+        const double reach[2] = {(c_y->upper[i] - y[i]) / gtm_scale[i], (y[i] - c_y->lower[i]) / gtm_scale[i]};
+        for (int side = 0; side < 2; side++, k++, rows++) {
+            memcpy(A + rows * d, A + k * d, n * sizeof *A);
+            A[rows * d + n] = 0;
+            b[rows] = fmin(radius, fmax(reach[side], 0));
+        }
     }
     for (int j = 0; j < n; j++) low[j] = -radius, high[j] = radius;
     c[n] = violation_price;
@@ -156,7 +224,7 @@ static int linear_step(const double *y, const double *lower, const double *upper
     high[n] = violation;
     if (gtm_linear_program(d, rows, A, b, c, low, high, x)) return 1;
     for (int i = 0; i < GTM_NT; i++) {
-        step[i] = at_y->newton[i];
+        step[i] = 0;
         for (int j = 0; j < n; j++) step[i] += at_y->direction[i][j] * x[j];
     }
     *left_over = x[n];
@@ -170,11 +238,24 @@ static double value_of(const double *objective, const double *y)
     return value;
 }
 
+/* What a linear program in cell c promises: the drop of the merit, and the step that leads there. */
+static double promise(const double *y, const gtm_condition *at, const double *lower, const double *upper,
+                      const double *objective, const int *is_free, const cell *c, double radius, double *step)
+{
+    tangent at_y;
+    double left_over, end[GTM_NT];
+    if (tangent_at(y, at, is_free, c, &at_y)) return -1;
+    if (linear_step(y, lower, upper, objective, is_free, &at_y, c, radius, step, &left_over)) return -1;
+    for (int i = 0; i < GTM_NT; i++) end[i] = y[i] + step[i] * gtm_scale[i];
+    return value_of(objective, y) - value_of(objective, end) +
+           violation_price * (gtm_violation(y, lower, upper) - left_over);
+}
+
 /* One start; objective in scaled units. y ends at a local optimum; its violation is returned (infinite: no trim). */
 static double descend(const gtm_condition *at, const double *lower, const double *upper, const double *objective,
                       double *y)
 {
-    int is_free[GTM_NT];
+    int is_free[GTM_NT], in_cells = 0;
     for (int i = 0; i < GTM_NT; i++) {
         is_free[i] = lower[i] != upper[i];
         if (!is_free[i]) y[i] = lower[i];
@@ -182,33 +263,42 @@ static double descend(const gtm_condition *at, const double *lower, const double
     if (project(y, at, is_free)) return INFINITY;
     double radius = first_radius, violation = gtm_violation(y, lower, upper);
     double merit = value_of(objective, y) + violation_price * violation;
-    tangent at_y;
-    int stale = 1;
+    cell open, here;
+    for (int i = 0; i < GTM_NT; i++) open.lower[i] = -INFINITY, open.upper[i] = INFINITY;
     for (int k = 0; k < MOST_STEPS && radius > least_radius; k++) {
-        double step[GTM_NT], left_over, trial[GTM_NT];
-        if (stale && tangent_at(y, at, is_free, &at_y)) return violation;
-        stale = 0;
-        if (linear_step(y, lower, upper, objective, is_free, &at_y, radius, step, &left_over)) return violation;
-        double promised = merit - violation_price * left_over, longest = 0;
+        double step[GTM_NT], trial[GTM_NT], longest = 0;
+        double promised = promise(y, at, lower, upper, objective, is_free, in_cells ? &here : &open, radius, step);
+        for (int j = 0; in_cells && promised < least_promise && j < KINKED; j++) {
+            const int i = kinked[j];
+            const double slack = border * gtm_scale[i];
+            const int at_upper = fabs(y[i] - here.upper[i]) <= slack;
+            if (!is_free[i] || !(at_upper || fabs(y[i] - here.lower[i]) <= slack)) continue;
+            cell beyond = here;
+            set_interval(&beyond, i, y[i], at_upper);
+            promised = promise(y, at, lower, upper, objective, is_free, &beyond, radius, step);
+            if (promised >= least_promise) here = beyond;
+        }
+        if (promised < least_promise) break;
         for (int i = 0; i < GTM_NT; i++) {
             trial[i] = y[i] + step[i] * gtm_scale[i];
             if (fabs(step[i]) > longest) longest = fabs(step[i]);
         }
-        promised -= value_of(objective, trial);
-        if (promised < 1e-10) break;
-        double gained = -1, new_violation = 0, new_merit = 0;
-        if (!project_along_bounds(trial, at, lower, upper, is_free)) {
-            new_violation = gtm_violation(trial, lower, upper);
-            new_merit = value_of(objective, trial) + violation_price * new_violation;
+        double gained = -1;
+        if (!project_along_bounds(trial, at, lower, upper, in_cells ? &here : &open, is_free)) {
+            const double new_violation = gtm_violation(trial, lower, upper);
+            const double new_merit = value_of(objective, trial) + violation_price * new_violation;
             gained = (merit - new_merit) / promised;
+            if (gained > 0.05) {
+                memcpy(y, trial, sizeof trial);
+                merit = new_merit;
+                violation = new_violation;
+                if (in_cells) update_cell(&here, y);
+            }
         }
-        if (gained > 0.05) {
-            memcpy(y, trial, sizeof trial);
-            merit = new_merit;
-            violation = new_violation;
-            stale = 1;
-        }
-        if (gained < 0.25)
+        if (gained < 0.25 && !in_cells) {
+            in_cells = 1;
+            first_cell(&here, y, upper);
+        } else if (gained < 0.25)
             radius = 0.3 * fmin(radius, longest);
         else if (gained > 0.7 && longest > 0.9 * radius)
             radius = fmin(2 * radius, largest_radius);

@@ -66,26 +66,36 @@ class Extreme(NamedTuple):
     status: int
 
 
-def extreme(altitude: float, gamma: float, lower, upper, objective, starts) -> Extreme:
-    """Least objective.y on the trim manifold inside the bounds, the best of all ``starts`` (n, 9).
-
-    Without a point inside the bounds, the one that exceeds them least.
-    """
+def _search(name: str, altitude: float, gamma: float, lower, upper, objective, *starts) -> Extreme:
     lower, upper = _bounds(lower, upper)
-    objective, starts = rows(objective, NT, "objective"), rows(starts, NT, "starts")
+    objective = rows(objective, NT, "objective")
     y, violation = np.full(NT, np.nan), ctypes.c_double(np.inf)
-    status = library().gtm_extreme(
+    status = getattr(library(), name)(
         ctypes.c_double(altitude),
         ctypes.c_double(gamma),
         address(lower),
         address(upper),
         address(objective),
-        ctypes.c_long(len(starts)),
-        address(starts),
+        *starts,
         address(y),
         ctypes.byref(violation),
     )
     return Extreme(y, violation.value, status)
+
+
+def extreme(altitude: float, gamma: float, lower, upper, objective, starts) -> Extreme:
+    """Least objective.y on the trim manifold inside the bounds, the best of all ``starts`` (n, 9).
+
+    Without a point inside the bounds, the one that exceeds them least.
+    """
+    starts = rows(starts, NT, "starts")
+    count = ctypes.c_long(len(starts))
+    return _search("gtm_extreme", altitude, gamma, lower, upper, objective, count, address(starts))
+
+
+def envelope_end(altitude: float, gamma: float, lower, upper, objective) -> Extreme:
+    """The same from starts of its own, over the whole range and then about the best point found."""
+    return _search("gtm_envelope_end", altitude, gamma, lower, upper, objective)
 
 
 def trim_states(altitude: float, gamma: float, y) -> tuple[np.ndarray, np.ndarray]:
