@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 
@@ -12,6 +13,19 @@ from surrogate import Network, Variable
 @pytest.fixture(scope="session")
 def dynamics_fmu(tmp_path_factory) -> Path:
     return build("dynamics", tmp_path_factory.mktemp("fmu"))
+
+
+@pytest.fixture(scope="session")
+def native_fmus(tmp_path_factory) -> dict[int, Path]:
+    """The native dynamics FMUs by their FMI version."""
+    folder = tmp_path_factory.mktemp("native")
+    return {2: build("dynamics-native", folder), 3: build("dynamics-native3", folder)}
+
+
+@pytest.fixture(scope="session")
+def native_folders(native_fmus, tmp_path_factory) -> dict[int, Path]:
+    """The same, unpacked."""
+    return {fmi: Path(fmpy.extract(path, tmp_path_factory.mktemp(f"fmi{fmi}"))) for fmi, path in native_fmus.items()}
 
 
 CASE = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
