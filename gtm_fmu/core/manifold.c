@@ -14,7 +14,7 @@
 #include "table.h"
 
 static const double violation_price = 1000, inside = 1e-7;
-static const double first_radius = 0.5, least_radius = 1e-8, largest_radius = 4, least_promise = 1e-9;
+static const double first_radius = 0.5, largest_radius = 4;
 enum { MOST_STEPS = 100, MOST_FREE = 9, MOST_NULL = 3 };
 
 /* Row scale of the residual: g and 1 rad/s^2 weigh alike in pivoting. */
@@ -251,9 +251,16 @@ static double promise(const double *y, const gtm_condition *at, const double *lo
            violation_price * (gtm_violation(y, lower, upper) - left_over);
 }
 
+/* When to stop: the promise and the radius, in scaled units. Every start is followed roughly, the best to the end. */
+typedef struct {
+    double promise, radius;
+} precision;
+
+static const precision rough = {3e-5, 1e-3}, fine = {1e-9, 1e-8};
+
 /* One start; objective in scaled units. y ends at a local optimum; its violation is returned (infinite: no trim). */
 static double descend(const gtm_condition *at, const double *lower, const double *upper, const double *objective,
-                      double *y)
+                      precision enough, double *y)
 {
     int is_free[GTM_NT], in_cells = 0;
     for (int i = 0; i < GTM_NT; i++) {
@@ -265,10 +272,10 @@ static double descend(const gtm_condition *at, const double *lower, const double
     double merit = value_of(objective, y) + violation_price * violation;
     cell open, here;
     for (int i = 0; i < GTM_NT; i++) open.lower[i] = -INFINITY, open.upper[i] = INFINITY;
-    for (int k = 0; k < MOST_STEPS && radius > least_radius; k++) {
+    for (int k = 0; k < MOST_STEPS && radius > enough.radius; k++) {
         double step[GTM_NT], trial[GTM_NT], longest = 0;
         double promised = promise(y, at, lower, upper, objective, is_free, in_cells ? &here : &open, radius, step);
-        for (int j = 0; in_cells && promised < least_promise && j < KINKED; j++) {
+        for (int j = 0; in_cells && promised < enough.promise && j < KINKED; j++) {
             const int i = kinked[j];
             const double slack = border * gtm_scale[i];
             const int at_upper = fabs(y[i] - here.upper[i]) <= slack;
@@ -276,9 +283,9 @@ static double descend(const gtm_condition *at, const double *lower, const double
             cell beyond = here;
             set_interval(&beyond, i, y[i], at_upper);
             promised = promise(y, at, lower, upper, objective, is_free, &beyond, radius, step);
-            if (promised >= least_promise) here = beyond;
+            if (promised >= enough.promise) here = beyond;
         }
-        if (promised < least_promise) break;
+        if (promised < enough.promise) break;
         for (int i = 0; i < GTM_NT; i++) {
             trial[i] = y[i] + step[i] * gtm_scale[i];
             if (fabs(step[i]) > longest) longest = fabs(step[i]);
@@ -306,24 +313,67 @@ static double descend(const gtm_condition *at, const double *lower, const double
     return violation;
 }
 
+/* A local optimum. */
+typedef struct {
+    double y[GTM_NT], value, violation;
+} optimum;
+
+static int is_better(const optimum *a, const optimum *b)
+{
+    const int a_inside = a->violation <= inside, b_inside = b->violation <= inside;
+    if (a_inside != b_inside) return a_inside;
+    return a_inside ? a->value < b->value : a->violation < b->violation;
+}
+
+static int same_place(const optimum *a, const optimum *b)
+{
+    for (int i = 0; i < GTM_NT; i++)
+        if (fabs(a->y[i] - b->y[i]) > 1e-3 * gtm_scale[i]) return 0;
+    return 1;
+}
+
+/* Keep the best of different places, best first. */
+static void keep(optimum *kept, int *count, int most, const optimum *found)
+{
+    for (int k = 0; k < *count; k++)
+        if (same_place(kept + k, found)) {
+            if (!is_better(found, kept + k)) return;
+            memmove(kept + k, kept + k + 1, sizeof *kept * (size_t)(--*count - k));
+            break;
+        }
+    int place = *count;
+    while (place > 0 && is_better(found, kept + place - 1)) place--;
+    if (place == most) return;
+    if (*count < most) ++*count;
+    memmove(kept + place + 1, kept + place, sizeof *kept * (size_t)(*count - 1 - place));
+    kept[place] = *found;
+}
+
 int gtm_extreme(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
                 const double objective[GTM_NT], long n, const double *starts, double best[GTM_NT], double *violation)
 {
+    enum { MOST_KEPT = 6 };
     const gtm_condition at = gtm_condition_at(altitude, gamma);
-    double scaled[GTM_NT], largest = 0, best_value = INFINITY;
+    double scaled[GTM_NT], largest = 0;
+    optimum kept[MOST_KEPT], polished;
+    int count = 0, found = 0;
     for (int i = 0; i < GTM_NT; i++) largest = fmax(largest, fabs(objective[i]) * gtm_scale[i]);
     for (int i = 0; i < GTM_NT; i++) scaled[i] = objective[i] * gtm_scale[i] / largest;
-    *violation = INFINITY;
     for (long k = 0; k < n; k++) {
-        double y[GTM_NT];
-        memcpy(y, starts + k * GTM_NT, sizeof y);
-        const double excess = descend(&at, lower, upper, scaled, y), value = value_of(scaled, y);
-        const int feasible = excess <= inside, best_feasible = *violation <= inside;
-        if (feasible ? !best_feasible || value < best_value : excess < *violation) {
-            memcpy(best, y, sizeof y);
-            best_value = value;
-            *violation = excess;
-        }
+        optimum o;
+        memcpy(o.y, starts + k * GTM_NT, sizeof o.y);
+        o.violation = descend(&at, lower, upper, scaled, rough, o.y);
+        o.value = value_of(scaled, o.y);
+        if (isfinite(o.violation)) keep(kept, &count, MOST_KEPT, &o);
     }
-    return *violation <= inside ? GTM_TRIMMED : isfinite(*violation) ? GTM_OUTSIDE : GTM_NO_TRIM;
+    for (int k = 0; k < count; k++) {
+        optimum o = kept[k];
+        o.violation = descend(&at, lower, upper, scaled, fine, o.y);
+        o.value = value_of(scaled, o.y);
+        if (isfinite(o.violation) && (!found || is_better(&o, &polished))) polished = o, found = 1;
+    }
+    *violation = found ? polished.violation : INFINITY;
+    if (!found) return GTM_NO_TRIM;
+    memcpy(best, polished.y, sizeof polished.y);
+    return polished.violation <= inside ? GTM_TRIMMED : GTM_OUTSIDE;
 }
