@@ -30,14 +30,15 @@ def reference_files(model: ModelDescription) -> dict[str, bytes]:
     state = np.array([variable.start for variable in x]) / x_scale
     substep_s = float(next(v.start for v in model.groups["solver"] if v.name == "solver.substep") or 0.0)
     inputs, results = [], []
+    held = np.array(list(trim.values())) / u_scale
     for i in range(round(STOP_S / STEP_S) + 1):
         time_s = i * STEP_S
+        if i % RECORDED_EVERY == 0:  # at the end of a step, with its controls
+            results.append([time_s, *(state * x_scale), *(core.outputs(state, held) * y_scale)])
         given = trim | commands(time_s, trim)
         inputs.append([time_s, *given.values()])
-        native = np.array(list(given.values())) / u_scale
-        if i % RECORDED_EVERY == 0:
-            results.append([time_s, *(state * x_scale), *(core.outputs(state, native) * y_scale)])
-        state = core.advance(state, native, STEP_S, substep_s)
+        held = np.array(list(given.values())) / u_scale
+        state = core.advance(state, held, STEP_S, substep_s)
     return {
         "extra/gtm-fmu/reference_input.csv": _csv(["time", *trim], inputs),
         "extra/gtm-fmu/reference_result.csv": _csv(["time", *(v.name for v in (*x, *outputs))], results),
