@@ -3,6 +3,9 @@
 STATES = ("u", "v", "w", "p", "q", "r", "latitude", "longitude", "altitude", "phi", "theta", "psi")
 """ft/s, rad/s, rad, rad, ft, rad (SPEC 1)."""
 
+LINEAR_STATES = ("u", "v", "w", "p", "q", "r", "phi", "theta")
+"""The states that a steady manoeuvre keeps constant: those of a linear model (paper eq. 7)."""
+
 CONTROLS = ("elevator", "aileron", "rudder", "throttle")
 """deg, deg, deg, % (SPEC 4)."""
 

@@ -1,0 +1,160 @@
+"""Linear models at a trim: exact, or by first-order differences over an FMU; stability and controllability.
+
+States u v w p q r phi theta in ft/s, rad/s, rad; inputs elevator, aileron, rudder in deg, throttle in %, without the
+jammed ones. The exact slopes at a breakpoint of the aerodynamic tables are those of the interval above it.
+
+A trim is stable if no eigenvalue of A has a positive real part (paper, section III-B). An unstable one is controllable
+if every unstable mode is (Popov, Belevitch, Hautus): the smallest singular value of [lambda I - A, B], with states and
+inputs in units of `STATE_SCALE` and `INPUT_SCALE`, is at least `PBH_THRESHOLD`. The rank of the paper's matrix
+[B AB .. A^7 B] (eq. 35) is given beside it; powers of A spread its columns over many orders of magnitude, so that its
+condition is 1e9 to 5e11 and its numerical rank depends on the tolerance more than on the aircraft.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES
+from gtm_fmu.core import motion
+from gtm_fmu.failures import ControlLimits
+from gtm_fmu.manoeuvre import Trim
+
+STATE_SCALE = np.array([10.0, 10.0, 10.0, 0.2, 0.2, 0.2, 0.2, 0.2])  # ft/s, rad/s, rad
+INPUT_SCALE = np.array([10.0, 10.0, 10.0, 30.0])  # deg, %
+PBH_THRESHOLD = 1e-3
+LONGITUDINAL = ("u", "w", "q", "theta")
+
+_ROWS = np.array([STATES.index(name) for name in LINEAR_STATES])
+_COLUMNS = np.append(_ROWS, len(STATES) + np.arange(len(CONTROLS)))
+
+
+class Mode(NamedTuple):
+    """An oscillation or, with zero frequency, an exponential: undamped frequency in Hz and damping ratio."""
+
+    frequency_hz: float
+    damping: float
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """Linear model x' = A x + B u about a trim.
+
+    Attributes:
+        smallest_singular_value: of the scaled PBH matrices of the unstable modes; None if the trim is stable.
+        kalman_rank, kalman_condition: of the paper's controllability matrix (eq. 35), unscaled, for comparison only.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    A: np.ndarray
+    B: np.ndarray
+    eigenvalues: np.ndarray
+    stable: bool
+    controllable: bool
+    smallest_singular_value: float | None
+    kalman_rank: int
+    kalman_condition: float
+
+    @classmethod
+    def of_matrices(cls, A, B, inputs: tuple[str, ...]) -> "LinearModel":
+        """The model of A (8, 8) and B (8, m) with the named inputs."""
+        eigenvalues = np.linalg.eigvals(A)
+        margin = float(controllability_margin(A, B, eigenvalues, _input_scale(inputs)))
+        kalman = np.hstack([np.linalg.matrix_power(A, k) @ B for k in range(len(A))])
+        return cls(
+            states=LINEAR_STATES,
+            inputs=inputs,
+            A=A,
+            B=B,
+            eigenvalues=eigenvalues,
+            stable=bool(is_stable(eigenvalues)),
+            controllable=margin >= PBH_THRESHOLD,
+            smallest_singular_value=margin if np.isfinite(margin) else None,
+            kalman_rank=int(np.linalg.matrix_rank(kalman)),
+            kalman_condition=float(np.linalg.cond(kalman)),
+        )
+
+    def state_space(self):
+        """The model as a python-control StateSpace whose outputs are the states."""
+        import control
+
+        C, D = np.eye(len(self.states)), np.zeros((len(self.states), len(self.inputs)))
+        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.states)}
+        return control.ss(self.A, self.B, C, D, name="gtm_t2", **names)
+
+    def longitudinal_modes(self) -> list[Mode]:
+        """Modes of the (u, w, q, theta) part, slowest first: phugoid and short period where they oscillate."""
+        rows = [self.states.index(name) for name in LONGITUDINAL]
+        roots = np.linalg.eigvals(self.A[np.ix_(rows, rows)])
+        roots = roots[roots.imag >= 0]
+        roots = roots[np.argsort(np.abs(roots))]
+        return [Mode(float(abs(root)) / (2 * np.pi), float(-root.real / abs(root))) for root in roots]
+
+    def to_dict(self) -> dict[str, Any]:
+        """All values, ready for JSON; eigenvalues as [real, imaginary]."""
+        return {
+            "states": list(self.states),
+            "inputs": list(self.inputs),
+            "A": self.A.tolist(),
+            "B": self.B.tolist(),
+            "eigenvalues": [[root.real, root.imag] for root in self.eigenvalues.tolist()],
+            "stable": self.stable,
+            "controllable": self.controllable,
+            "smallest_singular_value": self.smallest_singular_value,
+            "kalman_rank": self.kalman_rank,
+            "kalman_condition": self.kalman_condition,
+        }
+
+
+def linearize(trim: Trim, limits: ControlLimits | None = None) -> LinearModel:
+    """Exact linear model at a trim; controls that ``limits`` jam are no inputs."""
+    A, B = slopes(*trim.state_and_controls)
+    return _without_jammed(A, B, limits)
+
+
+def linearize_fmu(airframe, trim: Trim, limits: ControlLimits | None = None, **step: float) -> LinearModel:
+    """The paper's linear model: first-order differences (eqs 33-34) over an `evaluation.FmuAirframe`."""
+    _, differences = airframe.differences(*trim.state_and_controls, **step)
+    A, B = np.hsplit(differences[_ROWS], [len(_ROWS)])
+    return _without_jammed(A, B, limits)
+
+
+def slopes(x, u) -> tuple[np.ndarray, np.ndarray]:
+    """Exact A (.., 8, 8) and B (.., 8, 4) at states x (.., 12) and controls u (.., 4)."""
+    jacobian = motion.jacobian(x, u)[1][..., _ROWS[:, None], _COLUMNS]
+    return jacobian[..., : len(_ROWS)], jacobian[..., len(_ROWS) :]
+
+
+def is_stable(eigenvalues) -> np.ndarray:
+    """Whether none of the eigenvalues (.., 8) has a positive real part (..)."""
+    return np.all(np.asarray(eigenvalues).real <= 0, axis=-1)
+
+
+def controllability_margin(A, B, eigenvalues, input_scale=INPUT_SCALE) -> np.ndarray:
+    """Smallest singular value (..) of the scaled PBH matrices of the unstable modes; infinite where all are stable.
+
+    A (.., n, n), B (.., n, m), eigenvalues (.., n) of A.
+    """
+    n = A.shape[-1]
+    A = A * STATE_SCALE / STATE_SCALE[:, None]
+    B = B * input_scale / STATE_SCALE[:, None]
+    eigenvalues = np.asarray(eigenvalues, dtype=complex)
+    margin = np.full(eigenvalues.shape, np.inf)
+    unstable = (eigenvalues.real > 0) & (eigenvalues.imag >= 0)  # a conjugate has the same singular values
+    place = np.nonzero(unstable)[:-1]  # of the matrices, once for each unstable mode
+    pencil = np.empty((np.count_nonzero(unstable), n, n + B.shape[-1]), dtype=complex)
+    pencil[..., :n] = eigenvalues[unstable][:, None, None] * np.eye(n) - A[place]
+    pencil[..., n:] = B[place]
+    margin[unstable] = np.linalg.svd(pencil, compute_uv=False)[..., -1]
+    return margin.min(axis=-1)
+
+
+def _input_scale(inputs: tuple[str, ...]) -> np.ndarray:
+    return INPUT_SCALE[[CONTROLS.index(name) for name in inputs]]
+
+
+def _without_jammed(A, B, limits: ControlLimits | None) -> LinearModel:
+    jammed = (limits or ControlLimits()).jammed
+    kept = [k for k in range(len(CONTROLS)) if not jammed[k]]
+    return LinearModel.of_matrices(A, B[:, kept], tuple(CONTROLS[k] for k in kept))
