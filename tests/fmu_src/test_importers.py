@@ -1,74 +1,96 @@
-"""Other importers load the FMUs, step them and get what FMPy gets: 2 s after a step of one input."""
+"""Other importers load the FMUs, run them and get what FMPy gets: 2 s after a step of one input."""
 
-import json
-import subprocess
-import sys
-from importlib.util import find_spec
-
+import casadi as ca
 import numpy as np
 import pytest
 
-from gtm_fmu.client import FmuClient
+from fmu_src.dynamics_variables import dynamics_description
+from gtm_fmu import core
+from tests.fmu_src.importer_matrix import CASES, TOOLS, expected_values, verdict
 
-STEP_S, STEPS = 0.02, 100
-MODELS = {
-    "dynamics": ("control.elevator", 0.08, ("state.u", "state.w", "state.q", "state.altitude", "path.gamma")),
-    "surrogate": ("gamma", 0.05, ("v_min", "v_max", "v_min_std", "margin.fast")),
+GROUPS = dynamics_description().groups
+X_SI, U_SI, Y_SI = (np.array([variable.scale for variable in GROUPS[g]]) for g in ("states", "controls", "outputs"))
+OTHERWISE = {
+    ("dynamics", "FMPy ME"): "no model exchange",
+    ("dynamics", "CasADi"): "no model exchange",
+    ("surrogate", "FMPy ME"): "no model exchange",
+    ("surrogate", "CasADi"): "no model exchange",
+    ("dynamics-native3", "libcosimpy"): "its own fault",
 }
-"""Input and its value, outputs."""
-
-COSIM = f"""
-from libcosimpy.CosimExecution import CosimExecution
-from libcosimpy.CosimManipulator import CosimManipulator
-from libcosimpy.CosimObserver import CosimObserver
-from libcosimpy.CosimSlave import CosimLocalSlave
-
-execution = CosimExecution.from_step_size(step_size=int({STEP_S} * 1e9))
-index = execution.add_local_slave(CosimLocalSlave(fmu_path=path, instance_name="gtm"))
-execution.real_initial_value(index, references[name], value)
-observer = CosimObserver.create_last_value()
-execution.add_observer(observer)
-assert execution.step({STEPS})
-values = list(observer.last_real_values(index, [references[output] for output in outputs]))
-"""
-ECOS = f"""
-from ecospy.EcosSimulation import EcosSimulation
-from ecospy.EcosSimulationStructure import EcosSimulationStructure
-
-with EcosSimulationStructure() as structure:
-    structure.add_model("gtm", path)
-    structure.add_parameter_set("start", {{f"gtm::{{name}}": value}})
-    with EcosSimulation(structure=structure, step_size={STEP_S}) as simulation:
-        simulation.init(parameter_set="start")
-        simulation.step({STEPS})
-        values = [simulation.get_real(f"gtm::{{output}}") for output in outputs]
-"""
+"""Cells of the table that are not ``yes``."""
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize(
-    ("package", "program"), [("libcosimpy", COSIM), ("ecospy", ECOS)], ids=["libcosimpy", "ecospy"]
-)
-def test_same_result_as_fmpy(package, program, model, request, tmp_path):
-    if find_spec(package) is None:
-        pytest.skip(f"{package} is not installed")
-    path = request.getfixturevalue(f"{model}_fmu")
-    name, value, outputs = MODELS[model]
-    with FmuClient(path) as fmu:
-        before = fmu.get(outputs)
-        fmu.set((name,), [value])
-        for _ in range(STEPS):
-            fmu.step(STEP_S)
-        expected = fmu.get(outputs)
-        references = {variable: fmu.reference(variable) for variable in (*outputs, name)}
-    assert (np.abs(expected - before) > 0.01).all()
-    given = {"path": str(path), "outputs": outputs, "references": references, "name": name, "value": value}
-    script, result = tmp_path / "importer.py", tmp_path / "result.json"
-    script.write_text(
-        f"import json\nglobals().update({given!r})\n{program}\njson.dump(values, open({str(result)!r}, 'w'))\n"
-    )
-    run = subprocess.run([sys.executable, script], capture_output=True, text=True, cwd=tmp_path)
-    if "libtbb" in run.stderr:
-        pytest.skip(f"{package} needs the system library libtbb12")
-    assert run.returncode == 0, run.stdout + run.stderr
-    np.testing.assert_allclose(json.loads(result.read_text()), expected, rtol=1e-12, atol=1e-15)
+@pytest.fixture(scope="module")
+def paths(dynamics_fmu, surrogate_fmu, native_fmus):
+    return {
+        "dynamics": dynamics_fmu,
+        "surrogate": surrogate_fmu,
+        "dynamics-native": native_fmus[2],
+        "dynamics-native3": native_fmus[3],
+    }
+
+
+@pytest.fixture(scope="module")
+def expected(paths):
+    flight = expected_values(paths["dynamics"], CASES["dynamics"])
+    return dict.fromkeys(CASES, flight) | {"surrogate": expected_values(paths["surrogate"], CASES["surrogate"])}
+
+
+@pytest.mark.parametrize("model", CASES)
+@pytest.mark.parametrize("tool", TOOLS)
+def test_cell_of_the_table(tool, model, paths, expected):
+    found = verdict(tool, paths[model], CASES[model], expected[model])
+    if found in ("not installed", "needs libtbb12"):
+        pytest.skip(f"{tool}: {found}")
+    assert found == OTHERWISE.get((model, tool), "yes")
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+class TestCasadi:
+    """CasADi's DaeBuilder over model exchange: its Jacobians are made of our directional derivatives."""
+
+    @pytest.fixture
+    def model(self, native_fmus, fmi):
+        return ca.DaeBuilder("gtm", str(native_fmus[fmi]))
+
+    def test_jacobians(self, model):
+        rates, results = (model.create(part, ["x", "u"], [part]) for part in ("ode", "y"))
+        jacobians = [
+            function.factory("slopes", ["x", "u"], [f"jac:{part}:x", f"jac:{part}:u"])
+            for function, part in ((rates, "ode"), (results, "y"))
+        ]
+        outputs = [model.y().index(variable.name) for variable in GROUPS["outputs"]]
+        rng = np.random.default_rng(11)
+        known = np.append(X_SI, U_SI)
+        for _ in range(10):
+            x = rng.uniform(-1, 1, 12) * (30, 20, 20, 1, 1, 1, 1, 3, 10000, 1, 1, 3) + np.eye(12)[0] * 150
+            u = rng.uniform(-1, 1, 4) * (29, 19, 29, 49) + (0, 0, 0, 50)
+            si = x * X_SI, u * U_SI
+            np.testing.assert_allclose(rates(*si).full()[:, 0] / X_SI, core.derivatives(x, u), rtol=1e-9, atol=1e-9)
+            slopes = np.hstack([part.full() for part in jacobians[0](*si)])
+            np.testing.assert_allclose(slopes * known / X_SI[:, None], core.jacobian(x, u)[1], rtol=1e-9, atol=1e-9)
+            slopes = np.hstack([part.full() for part in jacobians[1](*si)])[outputs]
+            exact = core.outputs_jacobian(x, u)[1]
+            np.testing.assert_allclose(slopes * known / Y_SI[:, None], exact, rtol=1e-9, atol=1e-9)
+
+    def test_trim_of_the_specification(self, model):
+        """IPOPT over the imported FMU finds SPEC 13's level trim at 800 ft and alpha 3 deg from a guess."""
+        rates, results = (model.create(part, ["x", "u"], [part]) for part in ("ode", "y"))
+        alpha, gamma = (model.y().index(name) for name in ("air.alpha", "path.gamma"))
+        free = [0, 1, 2, 9, 10]  # u v w phi theta
+        x0 = np.array(model.start(model.x()))
+        known = x0.copy()
+        known[free] = 0
+        y = ca.MX.sym("y", 9)
+        x = ca.DM(known) + ca.DM(np.eye(12)[:, free]) @ y[:5]
+        F, out = rates(x, y[5:]), results(x, y[5:])
+        problem = {"x": y, "f": y[1] ** 2, "g": ca.vertcat(F[:6], out[alpha], out[gamma])}
+        options = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": 1e-10}
+        solver = ca.nlpsol("trim", "ipopt", problem, options | {"ipopt.hessian_approximation": "limited-memory"})
+        target = np.append(np.zeros(6), [np.radians(3), 0])
+        guess = [45, 0.5, 3, 0.02, 0.08, *(np.array([1, 1, 1, 50]) * U_SI)]
+        solution = solver(x0=guess, lbg=target, ubg=target)
+        assert solver.stats()["success"]
+        found = solution["x"].full()[:, 0]
+        np.testing.assert_allclose(found[5:] / U_SI, [2.414942, -0.394239, 0.004192, 39.839881], atol=2e-4)
+        assert np.hypot(found[0], found[2]) / 0.3048 == pytest.approx(164.14225, abs=1e-3)
