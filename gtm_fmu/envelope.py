@@ -101,14 +101,18 @@ class FlightCondition:
     def boundary(self, rudder_deg: Range | None = None, points: int = 40) -> Boundary:
         """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points."""
         whole = self.envelope(rudder_deg)
-        if whole.v_min_kt is None or whole.v_max_kt is None:
+        if not (whole.feasible and whole.at_v_min and whole.at_v_max):
             return Boundary(*np.empty((3, 0)))
-        tas_kt = np.linspace(whole.v_min_kt, whole.v_max_kt, points)
-        rates = []
-        for goal in (_PSI_DOT_MIN, _PSI_DOT_MAX):
-            found = [self._extreme(whole.limits.rudder_deg, goal, tas_kt=float(speed)) for speed in tas_kt]
-            rates.append([f.y[PSI_DOT] * DEG_PER_RAD if f.status == solver.TRIMMED else np.nan for f in found])
-        return Boundary(tas_kt, *np.array(rates))
+        ends = whole.at_v_min, whole.at_v_max
+        tas_kt = np.linspace(ends[0].tas_kt, ends[1].tas_kt, points)
+        rates = np.full((2, points), np.nan)
+        rates[:, 0], rates[:, -1] = (end.turn_rate_deg_s for end in ends)  # one manoeuvre each, but for rounding
+        for side, goal in enumerate((_PSI_DOT_MIN, _PSI_DOT_MAX)):
+            for k, speed in enumerate(tas_kt[1:-1].tolist(), start=1):
+                found = self._extreme(whole.limits.rudder_deg, goal, speed)
+                if found.status == solver.TRIMMED:
+                    rates[side, k] = found.y[PSI_DOT] * DEG_PER_RAD
+        return Boundary(tas_kt, *rates)
 
     def _trim(self, found: solver.Extreme, limits: ControlLimits) -> Trim | None:
         if found.status == solver.NO_TRIM:

@@ -231,9 +231,10 @@ def study(
     FMUs, trims, linear models, envelopes, networks and sensitivity, each beside the published value.
     """
     from study.pipeline import run
+    from study.report import markdown
 
     results = run(output, seed)
-    show(results, as_json, f"Study in {output}")
+    print(json.dumps(results, allow_nan=False) if as_json else f"{markdown(results)}\nAll files are in {output}.")
 
 
 def main() -> None:
