@@ -5,45 +5,60 @@
 
 #include "solver.h"
 
-enum { V = 0, BETA = 2, PSI_DOT = 3, RUDDER = 7, MOST_FAILURES = 3 };
+enum { V, ALPHA, BETA, PSI_DOT, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE, MOST_FAILURES = 2 };
 static const double inside = 1e-9;
+
+/* Whether |beta| grows when the rudder leaves its bound: then the trim y, held there, has the least sideslip. */
+static int is_least_sideslip(const double *y, const gtm_condition *at, const double *lower)
+{
+    double F[GTM_NF], J[GTM_NF * GTM_NT], A[GTM_NF * GTM_NF], slope[GTM_NF];
+    gtm_trim_jacobian(y, at, F, J);
+    for (int row = 0; row < GTM_NF; row++) {
+        static const int moving[GTM_NF] = {BETA, ALPHA, PHI, ELEVATOR, AILERON, THROTTLE};
+        for (int k = 0; k < GTM_NF; k++) A[row * GTM_NF + k] = J[row * GTM_NT + moving[k]];
+        slope[row] = -J[row * GTM_NT + RUDDER];
+    }
+    if (gtm_solve(GTM_NF, A, slope)) return 0;
+    return slope[0] * (y[RUDDER] == lower[RUDDER] ? 1 : -1) * y[BETA] > 0;
+}
 
 /* The least |beta| trim at the V and psi_dot of y, from the neighbouring trim y; 0 when it lies inside the bounds. */
 static int trim_near(double altitude, double gamma, const gtm_condition *at, const double *lower, const double *upper,
                      double *y)
 {
     static const int rudder_held[3] = {V, PSI_DOT, RUDDER}, beta_held[3] = {V, PSI_DOT, BETA};
-    const int jammed = lower[RUDDER] == upper[RUDDER];
-    double bounded_lower[GTM_NT], bounded_upper[GTM_NT], start[GTM_NT];
-    memcpy(bounded_lower, lower, sizeof bounded_lower);
-    memcpy(bounded_upper, upper, sizeof bounded_upper);
-    memcpy(start, y, sizeof start);
-    bounded_lower[V] = bounded_upper[V] = y[V];
-    bounded_lower[PSI_DOT] = bounded_upper[PSI_DOT] = y[PSI_DOT];
+    double held_lower[GTM_NT], held_upper[GTM_NT], starts[2][GTM_NT];
+    memcpy(held_lower, lower, sizeof held_lower);
+    memcpy(held_upper, upper, sizeof held_upper);
+    held_lower[V] = held_upper[V] = y[V];
+    held_lower[PSI_DOT] = held_upper[PSI_DOT] = y[PSI_DOT];
+    memcpy(starts[0], y, sizeof starts[0]);
 
-    if (jammed)
+    if (lower[RUDDER] == upper[RUDDER]) {
         y[RUDDER] = lower[RUDDER];
-    else
-        y[BETA] = 0;
-    if (!gtm_newton(y, at, jammed ? rudder_held : beta_held) &&
-        gtm_violation(y, bounded_lower, bounded_upper) <= inside)
-        return 0;
-    if (jammed) return 1;
-
-    /* Without beta = 0 the trims of one cell have sideslip of one sign; the neighbour's tells which to try first. */
-    for (int side = 0; side < 2; side++) {
-        const double sign = (start[BETA] < 0) == (side == 0) ? -1 : 1;
-        double one_sided[GTM_NT], other[GTM_NT], objective[GTM_NT] = {0}, excess;
-        memcpy(one_sided, bounded_lower, sizeof one_sided);
-        memcpy(other, bounded_upper, sizeof other);
-        if (sign > 0)
-            one_sided[BETA] = fmax(one_sided[BETA], 0);
-        else
-            other[BETA] = fmin(other[BETA], 0);
-        objective[BETA] = sign;
-        if (gtm_extreme(altitude, gamma, one_sided, other, objective, 1, start, y, &excess) == GTM_TRIMMED) return 0;
+        return gtm_newton(y, at, rudder_held) || gtm_violation(y, held_lower, held_upper) > inside;
     }
-    return 1;
+    y[BETA] = 0;
+    const int without_slip = !gtm_newton(y, at, beta_held);
+    if (without_slip && gtm_violation(y, held_lower, held_upper) <= inside) return 0;
+    memcpy(starts[1], without_slip ? y : starts[0], sizeof starts[1]);
+    if (without_slip && (y[RUDDER] < lower[RUDDER] || y[RUDDER] > upper[RUDDER])) {
+        memcpy(y, starts[0], sizeof starts[0]);
+        y[RUDDER] = starts[1][RUDDER] < lower[RUDDER] ? lower[RUDDER] : upper[RUDDER];
+        if (!gtm_newton(y, at, rudder_held) && gtm_violation(y, held_lower, held_upper) <= inside &&
+            is_least_sideslip(y, at, lower))
+            return 0;
+    }
+    /* Towards less sideslip of the neighbour's sign, then from beyond zero back to it. */
+    double objective[GTM_NT] = {0}, excess;
+    const double sign = objective[BETA] = starts[0][BETA] < 0 ? -1 : 1;
+    if (gtm_extreme(altitude, gamma, held_lower, held_upper, objective, 2, starts[0], y, &excess) != GTM_TRIMMED)
+        return 1;
+    if (sign * y[BETA] >= 0) return 0;
+    memcpy(starts[0], y, sizeof starts[0]);
+    objective[BETA] = -sign;
+    (sign > 0 ? held_upper : held_lower)[BETA] = 0;
+    return gtm_extreme(altitude, gamma, held_lower, held_upper, objective, 1, starts[0], y, &excess) != GTM_TRIMMED;
 }
 
 typedef struct {
