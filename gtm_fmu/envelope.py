@@ -7,6 +7,7 @@ ones.
 """
 
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, PSI_DOT, RUDDER, THROTTLE, Tri
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
 _THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
+
+_FIRST_SPEEDS, _SPEED_TOLERANCE_KT, _RATE_TOLERANCE_DEG_S = 9, 0.1, 0.05  # of a boundary
 
 # Unknown and sign of what is made least: the envelope's two ends, and the throttle that tells whether there is one.
 _V_MIN, _V_MAX, _T_MIN = (V, 1.0), (V, -1.0), (THROTTLE, 1.0)
@@ -54,11 +57,16 @@ class Envelope:
 
 @dataclass(frozen=True)
 class Boundary:
-    """Lowest and highest turn rate (n) in deg/s over true airspeed (n) in kt; NaN where no manoeuvre exists."""
+    """Lowest and highest turn rate (n) in deg/s over true airspeed (n) in kt, NaN where no manoeuvre exists.
+
+    ``limits_min`` and ``limits_max`` (n) name the limits that hold each point (`manoeuvre.limits_hit`).
+    """
 
     tas_kt: np.ndarray
     turn_rate_min_deg_s: np.ndarray
     turn_rate_max_deg_s: np.ndarray
+    limits_min: tuple[tuple[str, ...], ...]
+    limits_max: tuple[tuple[str, ...], ...]
 
 
 class FlightCondition:
@@ -98,41 +106,91 @@ class FlightCondition:
             at_v_max=self._trim(high, limits),
         )
 
-    def boundary(self, rudder_deg: Range | None = None, points: int = 40) -> Boundary:
-        """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points."""
+    def boundary(self, rudder_deg: Range | None = None) -> Boundary:
+        """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points.
+
+        Speeds are added until straight lines between the points keep to the turn rates within 0.05 deg/s, or the points
+        are 0.1 kt apart.
+        """
         whole = self.envelope(rudder_deg)
         if not (whole.feasible and whole.at_v_min and whole.at_v_max):
-            return Boundary(*np.empty((3, 0)))
-        ends = whole.at_v_min, whole.at_v_max
-        tas_kt = np.linspace(ends[0].tas_kt, ends[1].tas_kt, points)
-        rates = np.full((2, points), np.nan)
-        rates[:, 0], rates[:, -1] = (end.turn_rate_deg_s for end in ends)  # one manoeuvre each, but for rounding
-        for side, goal in enumerate((_PSI_DOT_MIN, _PSI_DOT_MAX)):
-            for k, speed in enumerate(tas_kt[1:-1].tolist(), start=1):
-                found = self._extreme(whole.limits.rudder_deg, goal, speed)
-                if found.status == solver.TRIMMED:
-                    rates[side, k] = found.y[PSI_DOT] * DEG_PER_RAD
-        return Boundary(tas_kt, *rates)
+            return Boundary(np.empty(0), np.empty(0), np.empty(0), (), ())
+        sides: list[dict[float, np.ndarray]] = []
+        for goal in (_PSI_DOT_MIN, _PSI_DOT_MAX):
+            ends = {trim.tas_kt: trim.unknowns for trim in (whole.at_v_min, whole.at_v_max)}
+            sides.append(self._traced(whole.limits.rudder_deg, goal, ends))
+        speeds = np.array(sorted(sides[0] | sides[1]))
+        lower, upper = self._bounds_with(whole.limits.rudder_deg)
+        rates, limits = [], []
+        for side in sides:
+            known = np.array(sorted(side))
+            rates.append(np.interp(speeds, known, [side[speed][PSI_DOT] * DEG_PER_RAD for speed in known.tolist()]))
+            nearest = known[np.abs(speeds[:, None] - known).argmin(axis=1)]
+            limits.append(tuple(manoeuvre.limits_hit(side[speed], lower, upper) for speed in nearest.tolist()))
+        return Boundary(speeds, rates[0], rates[1], limits[0], limits[1])
+
+    def extremes(self) -> np.ndarray:
+        """Trim unknowns (n, 9) at V_min and V_max under the limits of this condition; none without an envelope."""
+        ends = [self._extreme(self.limits.rudder_deg, goal) for goal in (_V_MIN, _V_MAX)]
+        return np.array([end.y for end in ends if end.status == solver.TRIMMED]).reshape(-1, len(self._lower))
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds (9 each) of the trim unknowns, in the core's units."""
+        return self._lower, self._upper
+
+    def _traced(
+        self, rudder_deg: Range, goal: tuple[int, float], ends: dict[float, np.ndarray]
+    ) -> dict[float, np.ndarray]:
+        """Extremes of the turn rate over speed in kt, dense enough for straight lines; NaN without a manoeuvre."""
+        slowest, fastest = ends
+        traced = dict(ends)
+        for speed in np.linspace(slowest, fastest, _FIRST_SPEEDS)[1:-1].tolist():
+            traced[speed] = self._unknowns(self._extreme(rudder_deg, goal, speed))
+        open_intervals = list(pairwise(sorted(traced)))
+        while open_intervals:
+            low, high = open_intervals.pop()
+            if high - low < _SPEED_TOLERANCE_KT:
+                continue
+            middle = 0.5 * (low + high)
+            starts = np.array([traced[speed] for speed in (low, high) if np.isfinite(traced[speed]).all()])
+            found = self._extreme(rudder_deg, goal, middle, starts if len(starts) else None)
+            traced[middle] = self._unknowns(found)
+            straight = 0.5 * (traced[low] + traced[high])[PSI_DOT]
+            if not abs(traced[middle][PSI_DOT] - straight) * DEG_PER_RAD < _RATE_TOLERANCE_DEG_S:  # NaN too
+                open_intervals += [(low, middle), (middle, high)]
+        return traced
+
+    def _unknowns(self, found: solver.Extreme) -> np.ndarray:
+        return found.y if found.status == solver.TRIMMED else np.full_like(found.y, np.nan)
 
     def _trim(self, found: solver.Extreme, limits: ControlLimits) -> Trim | None:
         if found.status == solver.NO_TRIM:
             return None
-        lower, upper = self._lower.copy(), self._upper.copy()
-        lower[RUDDER], upper[RUDDER] = limits.rudder_deg
+        lower, upper = self._bounds_with(limits.rudder_deg)
         hit = manoeuvre.limits_hit(found.y, lower, upper)
         inside = found.status == solver.TRIMMED
         return Trim.of_unknowns(found.y, self.altitude_ft, self.gamma_deg, inside, hit)
 
-    def _extreme(self, rudder_deg: Range, goal: tuple[int, float], tas_kt: float | None = None) -> solver.Extreme:
-        lower, upper, objective = self._lower.copy(), self._upper.copy(), np.zeros(len(self._lower))
+    def _bounds_with(self, rudder_deg: Range) -> tuple[np.ndarray, np.ndarray]:
+        lower, upper = self._lower.copy(), self._upper.copy()
         lower[RUDDER], upper[RUDDER] = rudder_deg
+        return lower, upper
+
+    def _extreme(
+        self, rudder_deg: Range, goal: tuple[int, float], tas_kt: float | None = None, starts: np.ndarray | None = None
+    ) -> solver.Extreme:
+        """Extreme of the goal's unknown, at one speed or any, from given starts or from the core's own."""
+        lower, upper = self._bounds_with(rudder_deg)
+        objective = np.zeros(len(lower))
         unknown, sign = goal
         objective[unknown] = sign
         if unknown == THROTTLE:
             upper[THROTTLE] = _THROTTLE_WITHOUT_LIMIT
         if tas_kt is not None:
             lower[V] = upper[V] = tas_kt * FT_S_PER_KT
-        return solver.envelope_end(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective)
+        at = self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective
+        return solver.envelope_end(*at) if starts is None else solver.extreme(*at, starts)
 
 
 def envelope(

@@ -1,0 +1,126 @@
+"""Every steady manoeuvre left at a flight condition, on a grid of speed and turn rate, with its stability.
+
+Each cell holds the trim with the least sideslip. A trim is accepted when it is stable, or unstable but controllable
+(paper Fig. 8).
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from gtm_fmu import linearization, manoeuvre
+from gtm_fmu.core import solver
+from gtm_fmu.envelope import FlightCondition
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import ControlLimits
+from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
+
+WIDEST_TURN_RATE_DEG_S = 40.0
+"""Beyond any turn of the model inside the study's bank angles."""
+
+_TRIM_VARIABLES = {
+    "alpha": (manoeuvre.ALPHA, DEG_PER_RAD, "deg"),
+    "beta": (manoeuvre.BETA, DEG_PER_RAD, "deg"),
+    "phi": (manoeuvre.PHI, DEG_PER_RAD, "deg"),
+    "elevator": (manoeuvre.ELEVATOR, 1.0, "deg"),
+    "aileron": (manoeuvre.AILERON, 1.0, "deg"),
+    "rudder": (manoeuvre.RUDDER, 1.0, "deg"),
+    "throttle": (manoeuvre.THROTTLE, 1.0, "%"),
+}
+
+
+class Assessment(NamedTuple):
+    """Stability and controllability (n) of trims."""
+
+    stable: np.ndarray
+    controllable: np.ndarray
+
+
+def assess(altitude_ft: float, gamma_deg: float, y, limits: ControlLimits) -> Assessment:
+    """Stability and controllability of trims y (n, 9) in the core's units, without the jammed controls as inputs."""
+    x, u = solver.trim_states(altitude_ft, gamma_deg * RAD_PER_DEG, y)
+    A, B = linearization.slopes(x, u)
+    moving = ~np.array(limits.jammed)
+    eigenvalues = np.linalg.eigvals(A)
+    margin = linearization.controllability_margin(A, B[..., moving], eigenvalues, linearization.INPUT_SCALE[moving])
+    return Assessment(linearization.is_stable(eigenvalues), margin >= linearization.PBH_THRESHOLD)
+
+
+@dataclass(frozen=True)
+class EnvelopeGrid:
+    """Steady manoeuvres over true airspeed (n) in kt and turn rate (m) in deg/s.
+
+    Attributes:
+        feasible, stable, controllable: (n, m); the last two are false where no trim exists.
+        y: trim unknowns (n, m, 9) in the core's units, NaN where no trim exists.
+    """
+
+    altitude_ft: float
+    gamma_deg: float
+    limits: ControlLimits
+    tas_kt: np.ndarray
+    turn_rate_deg_s: np.ndarray
+    feasible: np.ndarray
+    stable: np.ndarray
+    controllable: np.ndarray
+    y: np.ndarray
+
+    @property
+    def accepted(self) -> np.ndarray:
+        """Trims (n, m) of the envelope by the paper's rule: stable, or else controllable."""
+        return self.feasible & (self.stable | self.controllable)
+
+    def to_dataset(self) -> xr.Dataset:
+        """All of it over (tas, turn_rate), with units."""
+        dims = ("tas", "turn_rate")
+        names = ("feasible", "stable", "controllable", "accepted")
+        variables: dict[str, tuple] = {name: (dims, getattr(self, name)) for name in names}
+        for name, (column, factor, unit) in _TRIM_VARIABLES.items():
+            variables[name] = (dims, self.y[..., column] * factor, {"units": unit})
+        coords = {
+            "tas": ("tas", self.tas_kt, {"units": "kt"}),
+            "turn_rate": ("turn_rate", self.turn_rate_deg_s, {"units": "deg/s"}),
+        }
+        return xr.Dataset(variables, coords, {"altitude_ft": self.altitude_ft, "gamma_deg": self.gamma_deg})
+
+
+def envelope_grid(
+    condition: FlightCondition, tas_step_kt: float = 1.0, turn_rate_step_deg_s: float = 1.0
+) -> EnvelopeGrid:
+    """Every steady manoeuvre of a flight condition at multiples of the two steps.
+
+    Raises:
+        InputError: a step that is not positive.
+    """
+    for name, step in (("speed step in kt", tas_step_kt), ("turn-rate step in deg/s", turn_rate_step_deg_s)):
+        if not 0.01 <= step <= 50.0:
+            raise InputError(f"{name} {step:g} is outside 0.01 .. 50; give a value inside.")
+    seeds = condition.extremes()
+    if len(seeds):
+        ends_kt = seeds[:, manoeuvre.V].min() / FT_S_PER_KT, seeds[:, manoeuvre.V].max() / FT_S_PER_KT
+        tas_kt = tas_step_kt * np.arange(np.ceil(ends_kt[0] / tas_step_kt), np.floor(ends_kt[1] / tas_step_kt) + 1)
+    else:
+        tas_kt = np.empty(0)
+    half = np.floor(WIDEST_TURN_RATE_DEG_S / turn_rate_step_deg_s)
+    turn_rate_deg_s = turn_rate_step_deg_s * np.arange(-half, half + 1)
+    lower, upper = condition.bounds
+    at = condition.altitude_ft, condition.gamma_deg * RAD_PER_DEG
+    found = solver.grid(*at, lower, upper, tas_kt * FT_S_PER_KT, turn_rate_deg_s * RAD_PER_DEG, seeds)
+    stable, controllable = np.zeros_like(found.feasible), np.zeros_like(found.feasible)
+    if found.feasible.any():
+        trims = found.y[found.feasible]
+        assessment = assess(condition.altitude_ft, condition.gamma_deg, trims, condition.limits)
+        stable[found.feasible], controllable[found.feasible] = assessment
+    return EnvelopeGrid(
+        condition.altitude_ft,
+        condition.gamma_deg,
+        condition.limits,
+        tas_kt,
+        turn_rate_deg_s,
+        found.feasible,
+        stable,
+        controllable,
+        found.y,
+    )

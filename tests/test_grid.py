@@ -1,0 +1,99 @@
+"""The grid of steady manoeuvres against cold solutions of every cell, single linear models and the boundary."""
+
+import numpy as np
+import pytest
+
+from gtm_fmu import linearization, steady
+from gtm_fmu.core import solver
+from gtm_fmu.envelope import FlightCondition
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import ControlLimits
+from gtm_fmu.grid import EnvelopeGrid, envelope_grid
+from gtm_fmu.manoeuvre import Trim
+
+CASES = [
+    (10000.0, 0.0, (0.0, 0.0)),
+    (20000.0, -3.0, (0.0, 0.0)),
+    (10000.0, -5.0, (20.0, 20.0)),
+    (10000.0, 0.0, (-30.0, 30.0)),
+    (25000.0, 2.0, (5.0, 25.0)),
+    (5000.0, 4.0, (-25.0, -15.0)),
+]
+
+
+def solved(case, step_kt=4.0, step_deg_s=2.0) -> EnvelopeGrid:
+    altitude_ft, gamma_deg, rudder_deg = case
+    condition = FlightCondition(altitude_ft, gamma_deg, ControlLimits(rudder_deg=rudder_deg))
+    return envelope_grid(condition, step_kt, step_deg_s)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_cell_agrees_with_its_cold_trim(case):
+    grid = solved(case)
+    cold = steady.trims(
+        grid.altitude_ft, grid.tas_kt[:, None], grid.gamma_deg, grid.turn_rate_deg_s, rudder_deg=case[2]
+    )
+    cold_feasible = (cold.status == solver.TRIMMED).reshape(grid.feasible.shape)
+    assert cold_feasible.any()
+    np.testing.assert_array_equal(grid.feasible, cold_feasible)
+    difference = (grid.y - cold.y.reshape(grid.y.shape)) / solver.scale()
+    assert np.abs(difference[grid.feasible]).max() < 1e-8
+
+
+def test_stability_is_that_of_single_linear_models():
+    grid = solved(CASES[4])
+    cells = np.argwhere(grid.feasible)[::7]
+    verdicts = set()
+    for i, j in cells:
+        trim = Trim.of_unknowns(grid.y[i, j], grid.altitude_ft, grid.gamma_deg, True, ())
+        model = linearization.linearize(trim, grid.limits)
+        assert (model.stable, model.controllable) == (grid.stable[i, j], grid.controllable[i, j])
+        verdicts.add(model.stable)
+    assert verdicts == {True, False}  # both occur, so the comparison means something
+    np.testing.assert_array_equal(grid.accepted, grid.feasible)  # none is uncontrollable here
+
+
+@pytest.mark.parametrize("case", CASES[:3])
+def test_the_boundary_encloses_exactly_the_feasible_cells(case):
+    grid = solved(case, 2.0, 0.5)
+    altitude_ft, gamma_deg, rudder_deg = case
+    boundary = FlightCondition(altitude_ft, gamma_deg).boundary(rudder_deg)
+    low = np.interp(grid.tas_kt, boundary.tas_kt, boundary.turn_rate_min_deg_s)[:, None]
+    high = np.interp(grid.tas_kt, boundary.tas_kt, boundary.turn_rate_max_deg_s)[:, None]
+    tolerance = 0.05  # deg/s, what the boundary promises
+    inside = (grid.turn_rate_deg_s > low + tolerance) & (grid.turn_rate_deg_s < high - tolerance)
+    outside = (grid.turn_rate_deg_s < low - tolerance) | (grid.turn_rate_deg_s > high + tolerance)
+    assert inside.any()
+    assert grid.feasible[inside].all()
+    assert not grid.feasible[outside].any()
+
+
+def test_boundary_names_the_limits_that_hold_it():
+    boundary = FlightCondition(10000.0, -5.0).boundary((10.0, 10.0))
+    assert "alpha.upper" in boundary.limits_min[0]  # slowest
+    assert "throttle.upper" in boundary.limits_max[-1]  # fastest
+    middle = len(boundary.tas_kt) // 2
+    assert boundary.limits_min[middle] == ("phi.lower",)
+    assert boundary.limits_max[middle] == ("phi.upper",)
+
+
+def test_without_an_envelope_there_are_no_cells():
+    grid = solved((30000.0, 5.0, (30.0, 30.0)))
+    assert grid.tas_kt.size == 0
+    assert not grid.feasible.any()
+    assert grid.to_dataset().sizes["tas"] == 0
+
+
+def test_data_set_carries_units_and_trims():
+    grid = solved(CASES[2])
+    data = grid.to_dataset()
+    assert data.rudder.attrs["units"] == "deg"
+    rudder = data.rudder.values[grid.feasible]
+    np.testing.assert_allclose(rudder, 20.0, atol=1e-9)
+    assert np.isnan(data.throttle.values[~grid.feasible]).all()
+
+
+@pytest.mark.parametrize("steps", [(0.0, 1.0), (1.0, -2.0), (float("nan"), 1.0)])
+def test_bad_steps_are_refused(steps):
+    with pytest.raises(InputError, match=r"step in .* is outside 0\.01 \.\. 50"):
+        envelope_grid(FlightCondition(10000.0, 0.0), *steps)
