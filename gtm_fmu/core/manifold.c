@@ -258,16 +258,35 @@ typedef struct {
 
 static const precision rough = {3e-5, 1e-3}, fine = {1e-9, 1e-8};
 
+/* Bring y to F = 0 with the unknowns of equal bounds held there. Where they are more than three, or too far away, only
+   those stay held that y already meets, and the search brings the others to their bounds. */
+static int take_hold(double *y, const gtm_condition *at, const double *lower, const double *upper, int *is_free)
+{
+    double held[GTM_NT];
+    int count = 0;
+    for (int i = 0; i < GTM_NT; i++) {
+        is_free[i] = lower[i] != upper[i];
+        held[i] = is_free[i] ? y[i] : lower[i];
+        count += is_free[i];
+    }
+    if (count >= GTM_NF && !project(held, at, is_free)) {
+        memcpy(y, held, sizeof held);
+        return 0;
+    }
+    count = GTM_NT;
+    for (int i = 0; i < GTM_NT; i++) {
+        is_free[i] = lower[i] != upper[i] || y[i] != lower[i] || count == GTM_NF;
+        count -= !is_free[i];
+    }
+    return project(y, at, is_free);
+}
+
 /* One start; objective in scaled units. y ends at a local optimum; its violation is returned (infinite: no trim). */
 static double descend(const gtm_condition *at, const double *lower, const double *upper, const double *objective,
                       precision enough, double *y)
 {
     int is_free[GTM_NT], in_cells = 0;
-    for (int i = 0; i < GTM_NT; i++) {
-        is_free[i] = lower[i] != upper[i];
-        if (!is_free[i]) y[i] = lower[i];
-    }
-    if (project(y, at, is_free)) return INFINITY;
+    if (take_hold(y, at, lower, upper, is_free)) return INFINITY;
     double radius = first_radius, violation = gtm_violation(y, lower, upper);
     double merit = value_of(objective, y) + violation_price * violation;
     cell open, here;

@@ -95,7 +95,7 @@ int gtm_newton(double y[GTM_NT], const gtm_condition *at, const int held[3])
         if (norm < converged) return 0;
         worse = norm < 0.9 * best ? 0 : worse + 1;
         if (norm < best) best = norm;
-        if (worse > 8) return best < 1e-9 ? 0 : 1; /* rounding floor, or hopping across a kink */
+        if (worse > 8) return norm < 1e-9 ? 0 : 1; /* rounding floor, or hopping across a kink */
         for (int i = 0; i < GTM_NF; i++)
             for (int k = 0; k < GTM_NF; k++) A[i * GTM_NF + k] = J[i * GTM_NT + free_one[k]];
         if (gtm_solve(GTM_NF, A, F)) return 1;
@@ -110,7 +110,7 @@ int gtm_newton(double y[GTM_NT], const gtm_condition *at, const int held[3])
             y[i] = fmin(fmax(y[i] - shorten * F[k], least[i]), most[i]);
         }
     }
-    return best < 1e-9 ? 0 : 1;
+    return 1;
 }
 
 /* Rough trim of a point mass with linear lift and side force; guesses differ in sideslip per rudder, and in throttle:
