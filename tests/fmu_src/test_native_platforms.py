@@ -1,0 +1,163 @@
+"""One FMU for all platforms: built by Zig, run where something here can run it, equal to this platform's own."""
+
+import logging
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from importlib.util import find_spec
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from fmu_src import build, compiler
+from fmu_src.native_sources import standard_headers
+from gtm_fmu.errors import InputError
+
+HOST = Path(__file__).with_name("flight_host.c")
+HAS_ZIG = find_spec("ziglang") is not None
+needs_zig = pytest.mark.skipif(not HAS_ZIG, reason="ziglang (the extra `cross`) is not installed")
+
+
+def zig(folder: Path, target: str, output: str, *flags: str) -> None:
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O2", "-I.", "flight_host.c", "-o", output]
+    subprocess.run([*command, *flags], cwd=folder, check=True, capture_output=True)
+
+
+@pytest.fixture(scope="module")
+def all_platforms(tmp_path_factory) -> Path:
+    return build("dynamics-native", tmp_path_factory.mktemp("all"), all_platforms=True)
+
+
+@pytest.fixture(scope="module")
+def unpacked(all_platforms, tmp_path_factory) -> Path:
+    return Path(fmpy.extract(all_platforms, tmp_path_factory.mktemp("unpacked")))
+
+
+@pytest.fixture(scope="module")
+def hosts(tmp_path_factory) -> Path:
+    """A folder with the host's source and the headers."""
+    folder = tmp_path_factory.mktemp("hosts")
+    for name, content in (standard_headers(2) | {HOST.name: HOST.read_bytes()}).items():
+        (folder / name).write_bytes(content)
+    return folder
+
+
+def flown(command: list, library: Path, **environment) -> np.ndarray:
+    """States that the host prints."""
+    token = fmpy.read_model_description(library.parents[2], validate=False).guid
+    given = os.environ | environment
+    run = subprocess.run([*command, library, token], capture_output=True, text=True, timeout=300, env=given)
+    assert run.returncode == 0, run.stderr
+    return np.array([float(line) for line in run.stdout.split()])
+
+
+@pytest.fixture(scope="module")
+def expected(native_folders, hosts) -> np.ndarray:
+    """The flight by the library that this platform's compiler made, in a host without Python."""
+    if shutil.which("cc") is None or sys.platform != "linux":
+        pytest.skip("the host is built with cc on Linux")
+    subprocess.run(["cc", "-O2", "-I.", HOST.name, "-o", "host", "-ldl"], cwd=hosts, check=True)
+    (library,) = (native_folders[2] / "binaries").rglob("*.so")
+    return flown([hosts / "host"], library)
+
+
+def test_host_without_python(expected):
+    assert np.isfinite(expected).all()
+    assert abs(expected[9]) > 0.01  # rad: the controls have moved the aircraft
+
+
+@needs_zig
+class TestAllPlatforms:
+    def test_a_binary_for_each(self, all_platforms):
+        with zipfile.ZipFile(all_platforms) as archive:
+            heads = {
+                name.split("/")[1]: archive.read(name)[:20]
+                for name in archive.namelist()
+                if name.startswith("binaries/")
+            }
+        kinds = {
+            "linux64": (b"\x7fELF", b"\x3e"),
+            "aarch64-linux": (b"\x7fELF", b"\xb7"),
+            "win64": (b"MZ", b""),
+            "darwin64": (b"\xcf\xfa\xed\xfe\x07\x00\x00\x01", b""),
+            "aarch64-darwin": (b"\xcf\xfa\xed\xfe\x0c\x00\x00\x01", b""),
+        }
+        assert heads.keys() == kinds.keys()
+        for platform, (magic, machine) in kinds.items():
+            assert heads[platform].startswith(magic)
+            assert heads[platform][18:19] == machine or not machine
+
+    def test_equal_sources_give_equal_bytes(self, all_platforms, tmp_path):
+        assert build("dynamics-native", tmp_path, all_platforms=True).read_bytes() == all_platforms.read_bytes()
+
+    def test_linux(self, unpacked, hosts, expected):
+        library = unpacked / "binaries" / "linux64" / "GtmDynamicsNative.so"
+        np.testing.assert_allclose(flown([hosts / "host"], library), expected, rtol=1e-12, atol=1e-12)
+
+    def test_old_glibc(self, unpacked):
+        if shutil.which("readelf") is None:
+            pytest.skip("readelf is not installed")
+        library = unpacked / "binaries" / "linux64" / "GtmDynamicsNative.so"
+        symbols = subprocess.run(["readelf", "-V", library], capture_output=True, text=True, check=True).stdout
+        versions = {word.removeprefix("GLIBC_") for word in symbols.split() if word.startswith("GLIBC_")}
+        assert versions
+        assert all(tuple(map(int, version.split("."))) <= (2, 17) for version in versions)
+
+    def test_windows_under_wine(self, unpacked, hosts, expected, tmp_path):
+        wine = next((path for name in ("wine64", "wine") if (path := shutil.which(name))), None)
+        wine = wine or next((str(p) for p in (Path("/usr/lib/wine/wine64"),) if p.exists()), None)
+        if wine is None:
+            pytest.skip("wine64 is not installed")
+        zig(hosts, "x86_64-windows-gnu", "host.exe")
+        library = unpacked / "binaries" / "win64" / "GtmDynamicsNative.dll"
+        got = flown([wine, hosts / "host.exe"], library, WINEPREFIX=str(tmp_path / "wine"), WINEDEBUG="-all")
+        np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
+
+    def test_aarch64_under_qemu(self, unpacked, hosts, expected):
+        emulator = next((p for n in ("qemu-aarch64", "qemu-aarch64-static") if (p := shutil.which(n))), None)
+        root = Path("/usr/aarch64-linux-gnu")
+        if emulator is None or not root.exists():
+            pytest.skip("qemu-user or libc6-arm64-cross is not installed")
+        zig(hosts, "aarch64-linux-gnu.2.34", "host.aarch64")
+        library = unpacked / "binaries" / "aarch64-linux" / "GtmDynamicsNative.so"
+        got = flown([emulator, "-L", root, hosts / "host.aarch64"], library)
+        np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
+
+
+class TestPlatformThatCannotBeBuilt:
+    """The compiler is replaced by one that knows some targets only."""
+
+    @pytest.fixture
+    def failing(self, monkeypatch):
+        def compile_some(command, platform, name, sources):
+            if "linux" not in platform.target:
+                raise InputError("The compiler zig failed (no such target).")
+            return platform.target.encode()
+
+        monkeypatch.setattr(compiler, "find_spec", lambda name: True)
+        monkeypatch.setattr(compiler, "_compile", compile_some)
+        return compile_some
+
+    def test_the_rest_is_built(self, failing, tmp_path, caplog):
+        with caplog.at_level(logging.WARNING):
+            path = build("dynamics-native", tmp_path, all_platforms=True)
+        with zipfile.ZipFile(path) as archive:
+            built = [name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")]
+        assert built == ["aarch64-linux", "linux64"]
+        texts = [record.getMessage() for record in caplog.records]
+        assert "x86_64-windows-gnu is left out: The compiler zig failed (no such target)." in texts
+        assert "x86_64-linux-musl is left out: FMI 2.0 has no name for it." in texts
+
+    def test_none(self, monkeypatch, tmp_path):
+        def fail(*_):
+            raise InputError("The compiler zig failed (no such target).")
+
+        monkeypatch.setattr(compiler, "find_spec", lambda name: True)
+        monkeypatch.setattr(compiler, "_compile", fail)
+        with pytest.raises(InputError, match=r"No platform could be built, the last one because: The compiler zig"):
+            build("dynamics-native", tmp_path, all_platforms=True)
+        assert list(tmp_path.iterdir()) == []
