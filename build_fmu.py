@@ -4,19 +4,24 @@ import argparse
 import sys
 
 from gtm_fmu.errors import InputError
-from study.fmus import MODELS, build_fmu
+from study.fmus import MODELS, NATIVE_MODELS, build_fmu
 
 
 def main() -> int:
     """Build the FMUs that the command line names; 2 for bad input."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("name", choices=[*MODELS, "all"], help="the FMU to build")
+    parser.add_argument("name", choices=[*MODELS, *NATIVE_MODELS, "all"], help="the FMU to build")
     parser.add_argument("-o", "--output", default=".", metavar="DIR", help="folder of the FMU (default: here)")
     parser.add_argument("-n", "--networks", metavar="DIR", help="folder of a study, for the networks of the surrogate")
+    parser.add_argument(
+        "--all-platforms", action="store_true", help="binaries of a native FMU for all platforms, by Zig"
+    )
     arguments = parser.parse_args()
+    names = [*MODELS, *NATIVE_MODELS] if arguments.name == "all" else [arguments.name]
     try:
-        for name in MODELS if arguments.name == "all" else [arguments.name]:
-            print(build_fmu(name, arguments.output, arguments.networks))
+        for name in names:
+            everywhere = arguments.all_platforms and (name in NATIVE_MODELS or arguments.name != "all")
+            print(build_fmu(name, arguments.output, arguments.networks, all_platforms=everywhere))
     except InputError as error:
         print(error, file=sys.stderr)
         return 2

@@ -3,24 +3,25 @@
 from importlib.resources import files
 from pathlib import Path
 
-from fmu_src.packaging import MODELS, build
+from fmu_src.packaging import MODELS, NATIVE_MODELS, build
 from study.emulator import SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
 
-__all__ = ["MODELS", "build_fmu"]
+__all__ = ["MODELS", "NATIVE_MODELS", "build_fmu"]
 
 
-def build_fmu(name: str, output: str | Path, networks: str | Path | None = None) -> Path:
+def build_fmu(name: str, output: str | Path, networks: str | Path | None = None, all_platforms: bool = False) -> Path:
     """Build an FMU into a folder.
 
     Args:
-        name: a key of `MODELS`.
+        name: a key of `MODELS` or of `NATIVE_MODELS`.
         networks: folder with the surrogate's networks; default: those that come with the package.
+        all_platforms: a native FMU for all platforms, not only for this one.
 
     Raises:
         InputError: an unknown name, networks missing or damaged, or a folder that cannot be written.
     """
     if name != "surrogate":
-        return build(name, output)
+        return build(name, output, all_platforms=all_platforms)
     folder = Path(str(files("study") / "data")) if networks is None else Path(networks)
     RudderEmulator.load(folder)
-    return build(name, output, [folder / SPEEDS_FILE, folder / THROTTLE_FILE])
+    return build(name, output, [folder / SPEEDS_FILE, folder / THROTTLE_FILE], all_platforms)
