@@ -12,7 +12,7 @@ from typer.exceptions import TyperException
 
 from gtm_fmu.errors import InputError
 
-BAD_INPUT, NO_SOLUTION = 2, 3
+BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
 Pair = tuple[float, float]
 
 app = typer.Typer(
@@ -38,8 +38,8 @@ Fmu = Annotated[Path | None, typer.Option(help="Trim over evaluations of this Gt
 
 
 def example(command: str) -> str:
-    """Closing lines of a help text."""
-    return f"Example: gtm-fmu {command}"
+    """Closing lines of a help text, never wrapped so that they can be copied."""
+    return f"\b\nExample:\n  gtm-fmu {command}"
 
 
 def show(values: dict[str, Any], as_json: bool, title: str) -> None:
@@ -63,7 +63,8 @@ def _plain(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list | tuple):
-        return ", ".join(_plain(entry) for entry in value) or "none"
+        is_matrix = any(isinstance(entry, list) for entry in value)
+        return ("\n" if is_matrix else ", ").join(_plain(entry) for entry in value) or "none"
     return str(value)
 
 
@@ -79,11 +80,17 @@ def _solve(fmu: Path | None, **question):
         from gtm_fmu import steady
 
         return steady.trim(**question)
-    from gtm_fmu.client import FmuClient
+    from fmu_src.dynamics_variables import dynamics_description
+    from gtm_fmu.client import FmuClient, FmuError
     from gtm_fmu.trim import FmuTrimmer
 
-    with FmuClient(fmu) as client:
-        return FmuTrimmer(client).trim(**question)
+    groups = dynamics_description().groups
+    states, rates, controls = ([v.name for v in groups[name]] for name in ("states", "derivatives", "controls"))
+    try:
+        with FmuClient(fmu, states=states, derivatives=rates, controls=controls) as client:
+            return FmuTrimmer(client).trim(**question)
+    except FmuError as error:
+        raise InputError(f"'{fmu}' cannot be evaluated ({error}); give a GtmDynamics.fmu built here.") from error
 
 
 @app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
@@ -178,16 +185,25 @@ def envelope(
     throttle_pct: Throttle = (0.0, 100.0),
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
+    plot: Annotated[Path | None, typer.Option(help="Write turn rate over speed to this .png or .html too.")] = None,
     as_json: Json = False,
 ) -> None:
     """Lowest and highest speed that a failure leaves, exact.
 
     The trims at both ends come with them. Without any envelope "feasible" is false, and the exit code still 0.
     """
-    from gtm_fmu.envelope import envelope as solve
+    from gtm_fmu.envelope import FlightCondition
 
     limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
-    show(solve(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg).to_dict(), as_json, "Envelope")
+    condition = FlightCondition(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg)
+    values = condition.envelope().to_dict()
+    if plot:
+        from gtm_fmu.grid import envelope_grid
+        from study.envelope_figures import save_envelope
+
+        save_envelope(envelope_grid(condition, turn_rate_step_deg_s=0.5), condition.boundary(), plot)
+        values["plot"] = str(plot)
+    show(values, as_json, "Envelope")
 
 
 @app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))
@@ -216,19 +232,22 @@ def build(
     """Build FMUs for FMI 2.0 co-simulation tools."""
     from study.fmus import MODELS, build_fmu
 
-    paths = [str(build_fmu(name, output, model)) for name in names or MODELS]
+    names = names or list(MODELS)
+    if model is not None and "surrogate" not in names:
+        raise InputError(f"--model {model} is for the surrogate FMU, which is not built; leave it out.")
+    paths = [str(build_fmu(name, output, model)) for name in names]
     show({"fmus": paths}, as_json, "Built")
 
 
 @app.command(epilog=example("study --output build/study"))
 def study(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("build/study"),
-    seed: Annotated[int, typer.Option(help="Start of all random numbers.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Start of all random numbers.")] = 0,
     as_json: Json = False,
 ) -> None:
     """The whole study, with figures and a results table.
 
-    FMUs, trims, linear models, envelopes, networks and sensitivity, each beside the published value.
+    FMUs, trims, linear models, envelopes, networks and sensitivity, beside the published values.
     """
     from study.pipeline import run
     from study.report import markdown
@@ -237,15 +256,21 @@ def study(
     print(json.dumps(results, allow_nan=False) if as_json else f"{markdown(results)}\nAll files are in {output}.")
 
 
+def _refuse(sentence: str) -> int:
+    print(f"gtm-fmu: {' '.join(sentence.split())}", file=sys.stderr)
+    return BAD_INPUT
+
+
 def main() -> None:
     """Run a command; a user's mistake is one sentence on standard error and exit code 2."""
     try:
-        sys.exit(app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0)
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
     except InputError as error:
-        message = str(error)
+        code = _refuse(str(error))
     except TyperException as error:
-        message = error.format_message()
-    except KeyboardInterrupt:
-        sys.exit("Stopped; finished files are kept.")
-    print(f"gtm-fmu: {' '.join(message.split())}", file=sys.stderr)
-    sys.exit(BAD_INPUT)
+        context = getattr(error, "ctx", None)
+        command = context.command_path if context else app.info.name
+        code = _refuse(f"{error.format_message().rstrip('.')}; see `{command} --help`.")
+    if code == INTERRUPTED:
+        print("gtm-fmu: stopped; finished files are kept.", file=sys.stderr)
+    sys.exit(code)
