@@ -8,16 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from gtm_fmu import manoeuvre
-from gtm_fmu.dataset import samples
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits, Range
 from surrogate import Network, Selection, select_network
+
+if TYPE_CHECKING:
+    import xarray as xr  # slow to import, and not needed to predict
 
 SPEEDS_FILE, THROTTLE_FILE = "rudder_speeds.json", "rudder_throttle.json"
 INPUTS = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
@@ -60,10 +61,6 @@ class RudderEmulator:
         place = Path(str(files("study") / "data")) if folder is None else Path(folder)
         try:
             networks = [Network.load(place / name) for name in (SPEEDS_FILE, THROTTLE_FILE)]
-        except OSError as error:
-            raise InputError(
-                f"No network at {error.filename} ({error.strerror}); give the folder that `gtm-fmu study` wrote."
-            ) from None
         except ValueError as error:
             raise InputError(f"{str(error).rstrip('.')}; run `gtm-fmu study` to train it anew.") from None
         for network, outputs in zip(networks, (SPEEDS, THROTTLE), strict=True):
@@ -72,9 +69,16 @@ class RudderEmulator:
         return cls(*networks)
 
     def save(self, folder: str | Path) -> None:
-        """Write both networks into a folder."""
-        self.speeds.save(Path(folder) / SPEEDS_FILE)
-        self.throttle.save(Path(folder) / THROTTLE_FILE)
+        """Write both networks into a folder.
+
+        Raises:
+            InputError: it cannot be written.
+        """
+        try:
+            self.speeds.save(Path(folder) / SPEEDS_FILE)
+            self.throttle.save(Path(folder) / THROTTLE_FILE)
+        except ValueError as error:
+            raise InputError(str(error)) from None
 
     def predict(self, altitude_ft: float, gamma_deg: float, rudder_deg: Range) -> Prediction:
         """Emulated envelope with the rudder held inside ``rudder_deg`` (lower, upper).
@@ -101,12 +105,14 @@ class RudderEmulator:
 
 
 def train(
-    data: xr.Dataset, seed: int, progress: Callable[[int, int], None] | None = None, **options: Any
+    data: "xr.Dataset", seed: int, progress: Callable[[int, int], None] | None = None, **options: Any
 ) -> tuple[Selection, Selection]:
     """Train both networks on a data set by the paper's protocol (Algorithm 1); options as in `select_network`.
 
     The speeds are learnt on the feasible cases, as in the paper; t_min on all cases that have one.
     """
+    from gtm_fmu.dataset import samples
+
     X, V, t_min = samples(data)
     feasible, has_t_min = np.isfinite(V).all(axis=1), np.isfinite(t_min)
     protocol = {"inputs": INPUTS, "seed": seed, **options}
