@@ -122,6 +122,7 @@ def compare_emulator(emulator: RudderEmulator, data: xr.Dataset, seed: int, adva
         "cases": OFF_LATTICE_CASES,
         "same_verdict": agreed,
         "feasible": len(error),
+        "compared": int(known.sum()),
         "mse": float(np.mean((error[known] / speed_range) ** 2)),
         "median_error_kt": np.median(np.abs(error[known]), axis=0).tolist(),
         "percentile_95_error_kt": np.percentile(np.abs(error[known]), 95, axis=0).tolist(),
@@ -162,12 +163,13 @@ def compare_surrogate_fmu(fmu: Path, emulator: RudderEmulator, seed: int) -> dic
 
 def sensitivity_indices(emulator: RudderEmulator, seed: int) -> sensitivity.VarianceIndices:
     """First-order and total indices of V_min and V_max, by the emulator, over the lattice's domain."""
-    (altitude, gamma, lower, upper), ranges = (name for name, _ in INPUTS), emulator.speeds.input_ranges
+    (altitude, ft), (gamma, deg), (lower, _), (upper, _) = INPUTS
+    ranges = emulator.speeds.input_ranges.tolist()
     distribution = sensitivity.Distribution(
         [
-            sensitivity.Uniform(altitude, *ranges[0]),
-            sensitivity.Uniform(gamma, *ranges[1]),
-            sensitivity.OrderedUniform((lower, upper), *WIDEST["rudder_deg"]),
+            sensitivity.Uniform(altitude, *ranges[0], ft),
+            sensitivity.Uniform(gamma, *ranges[1], deg),
+            sensitivity.OrderedUniform((lower, upper), *WIDEST["rudder_deg"], deg),
         ]
     )
     design = sensitivity.variance_design(distribution, SENSITIVITY_ROWS, sampling="random", seed=seed)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import xarray as xr
 from rich.console import Console
 
 from gtm_fmu import dataset
+from gtm_fmu.errors import InputError
 from sensitivity import plot_indices
 from study import comparisons, figures, published, report
 from study.emulator import RudderEmulator, train
@@ -26,8 +28,10 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
     same results.
 
     Raises:
-        InputError: the folder cannot be written.
+        InputError: the folder cannot be written, or torch is missing.
     """
+    if find_spec("torch") is None:
+        raise InputError("The study trains networks with torch, which is not here; run pip install 'gtm-fmu[train]'.")
     output = writable_folder(output)
     results: dict[str, Any] = {}
     with stages(console or Console(stderr=True)) as stage:
@@ -43,7 +47,7 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
             save_figure(figures.plot_jams(*comparisons.jam_boundaries(advance)), output / "envelope_jams.png")
         with stage("Networks") as advance:
             speeds, throttle = train(data, seed, advance)
-            emulator = RudderEmulator(*(_documented(selection, data, seed) for selection in (speeds, throttle)))
+            emulator = RudderEmulator(*(_documented(selection, data) for selection in (speeds, throttle)))
             emulator.save(output)
             results["networks"] = comparisons.network_scores(speeds, throttle)
             save_figure(plot_regression(speeds), output / "regression.png")
@@ -69,6 +73,7 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
     return results
 
 
-def _documented(selection: Selection, data: xr.Dataset, seed: int) -> Network:
-    """The selected network with where it comes from."""
-    return replace(selection.network, provenance={**data.attrs, "seed": seed, "samples": len(selection.X)})
+def _documented(selection: Selection, data: xr.Dataset) -> Network:
+    """The selected network with where its data come from beside how it was trained."""
+    network = selection.network
+    return replace(network, provenance={**data.attrs, **network.provenance})
