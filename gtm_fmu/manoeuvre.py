@@ -20,7 +20,8 @@ PHI_DEG: Range = (-30.0, 30.0)
 ALTITUDE_FT: Range = (0.0, math.floor(TROPOPAUSE_FT))
 GAMMA_DEG: Range = (-45.0, 45.0)
 TAS_KT: Range = (20.0, 350.0)
-"""What may be asked: the atmosphere's first layer, and speeds and paths that hold every trim of the model."""
+TURN_RATE_DEG_S: Range = (-90.0, 90.0)
+"""What may be asked: the atmosphere's first layer, and speeds, paths and turns that hold every trim of the model."""
 
 _WIDEST_BETA_DEG = 45.0  # of the aerodynamic tables
 _HELD_TOLERANCE = 1e-6  # of an unknown's typical size: closer to a bound than this is held by it
@@ -46,13 +47,36 @@ def check_range(name: str, value: float, allowed: Range) -> float:
     return number
 
 
+def check_values(name: str, values, allowed: Range) -> np.ndarray:
+    """The values as a float array of the same shape.
+
+    Raises:
+        InputError: not numbers, or one of them not finite or not inside ``allowed``.
+    """
+    try:
+        numbers = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is no array of numbers; give some from {allowed[0]:g} to {allowed[1]:g}.") from None
+    outside = numbers[~((allowed[0] <= numbers) & (numbers <= allowed[1]))]
+    if outside.size:
+        raise InputError(
+            f"{name}: {outside.size} of {numbers.size} values are outside {allowed[0]:g} .. {allowed[1]:g}, "
+            f"the first is {outside[0]:g}; give values inside."
+        )
+    return numbers
+
+
 def check_pair(name: str, pair, widest: Range) -> Range:
     """Lower and upper bound as floats.
 
     Raises:
-        InputError: reversed, or not inside ``widest``.
+        InputError: not two numbers, reversed, or not inside ``widest``.
     """
-    lower, upper = (check_range(name, value, widest) for value in pair)
+    try:
+        lower, upper = pair
+    except (TypeError, ValueError):
+        raise InputError(f"{name} {pair!r} is not a pair; give two numbers, lower and upper bound.") from None
+    lower, upper = check_range(name, lower, widest), check_range(name, upper, widest)
     if lower > upper:
         raise InputError(f"{name} {lower:g} {upper:g} are reversed; give the lower one first.")
     return lower, upper
@@ -63,13 +87,13 @@ def bounds(
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
     tas_kt: Range = TAS_KT,
-    turn_rate_deg_s: Range = (-90.0, 90.0),
+    turn_rate_deg_s: Range = TURN_RATE_DEG_S,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper bounds (9 each) of the trim unknowns in the core's units; equal ends hold an unknown."""
     alpha_deg = check_pair("alpha in deg", alpha_deg, (-20.0, 20.0))
     phi_deg = check_pair("phi in deg", phi_deg, (-80.0, 80.0))
     tas_kt = check_pair("tas in kt", tas_kt, TAS_KT)
-    turn_rate_deg_s = check_pair("turn rate in deg/s", turn_rate_deg_s, (-90.0, 90.0))
+    turn_rate_deg_s = check_pair("turn rate in deg/s", turn_rate_deg_s, TURN_RATE_DEG_S)
     beta_deg = (-_WIDEST_BETA_DEG, _WIDEST_BETA_DEG)
     angles = np.array([tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg]) / _UNIT[:5, None]
     return np.append(angles[:, 0], limits.lower), np.append(angles[:, 1], limits.upper)

@@ -8,7 +8,8 @@ import numpy as np
 
 from gtm_fmu import manoeuvre
 from gtm_fmu.core import solver
-from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import WIDEST, ControlLimits, Range
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
 from gtm_fmu.units import FT_S_PER_KT, RAD_PER_DEG
 
@@ -27,8 +28,8 @@ def trim(
     Raises:
         InputError: altitude, speed, flight path or bounds outside what is allowed.
     """
-    manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
-    manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
+    altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
+    gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
     held = (tas_kt, tas_kt), (turn_rate_deg_s, turn_rate_deg_s)
     lower, upper = manoeuvre.bounds(limits or ControlLimits(), alpha_deg, phi_deg, *held)
     found = solver.trims([altitude_ft], [gamma_deg * RAD_PER_DEG], lower[None], upper[None])
@@ -55,11 +56,23 @@ def trims(
 
     Returns:
         Unknowns (n, 9) in the core's units, residual, violation and status of each condition (see `core.solver`).
+
+    Raises:
+        InputError: a condition or bound outside what is allowed.
     """
     lower, upper = manoeuvre.bounds(limits or ControlLimits(), alpha_deg, phi_deg)
-    conditions = [altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s]
+    conditions = [
+        manoeuvre.check_values("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT),
+        manoeuvre.check_values("tas in kt", tas_kt, manoeuvre.TAS_KT),
+        manoeuvre.check_values("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG),
+        manoeuvre.check_values("turn rate in deg/s", turn_rate_deg_s, manoeuvre.TURN_RATE_DEG_S),
+    ]
     if rudder_deg is not None:
-        rudder_deg = np.asarray(rudder_deg, dtype=float)
+        rudder_deg = manoeuvre.check_values("rudder in deg", rudder_deg, WIDEST["rudder_deg"])
+        if rudder_deg.shape[-1:] != (2,) or np.any(rudder_deg[..., 0] > rudder_deg[..., 1]):
+            raise InputError(
+                "rudder in deg: some limits are no pairs or reversed; give (.., 2), the lower first."
+            )
         conditions += [rudder_deg[..., 0], rudder_deg[..., 1]]
     columns = [np.ravel(column) for column in np.broadcast_arrays(*conditions)]
     n = columns[0].size
