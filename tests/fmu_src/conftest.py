@@ -8,6 +8,7 @@ import pytest
 
 from fmu_src import build
 from surrogate import Network, Variable
+from tests.fmu_src.native_session import SESSIONS, Session
 
 
 @pytest.fixture(scope="session")
@@ -69,3 +70,25 @@ def networks(tmp_path_factory) -> tuple[Network, Network, list[Path]]:
 @pytest.fixture(scope="session")
 def surrogate_fmu(networks, tmp_path_factory) -> Path:
     return build("surrogate", tmp_path_factory.mktemp("fmu"), networks[2])
+
+
+@pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
+def fmi(request) -> int:
+    """The FMI version of a native FMU."""
+    return request.param
+
+
+@pytest.fixture
+def start(fmi, native_folders):
+    """A function that instantiates a native FMU and initializes it; what it made is freed."""
+    opened: list[Session] = []
+
+    def instantiate(kind="cs", *, is_initialized=True, is_exited=True, **arguments) -> Session:
+        opened.append(SESSIONS[fmi](native_folders[fmi], kind, **arguments))
+        if is_initialized:
+            opened[-1].initialize(is_exited=is_exited)
+        return opened[-1]
+
+    yield instantiate
+    for session in opened:
+        session.free()

@@ -7,29 +7,10 @@ from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_void_p
 import numpy as np
 import pytest
 
-from tests.fmu_src.native_session import DISCARD, ERROR, OK, SESSIONS, WARNING, doubles, references
+from tests.fmu_src.native_session import DISCARD, ERROR, OK, WARNING, doubles, references
 
 VARIABLES, STATES = 54, 12
 START = [50.0, 0, 2.6, 0, 0, 0, 0.66, -1.3, 243.84, 0, 0.05, 0]
-
-
-@pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
-def fmi(request):
-    return request.param
-
-
-@pytest.fixture
-def start(fmi, native_folders):
-    """A function that instantiates."""
-    opened = []
-
-    def instantiate(kind="cs", **arguments):
-        opened.append(SESSIONS[fmi](native_folders[fmi], kind, **arguments))
-        return opened[-1]
-
-    yield instantiate
-    for session in opened:
-        session.free()
 
 
 CALLS = {
@@ -74,7 +55,7 @@ MODES = {
 @pytest.mark.parametrize("name", CALLS)
 def test_call_in_mode(start, fmi, mode, name):
     kind, path, allowed = MODES[mode]
-    session = start(kind)
+    session = start(kind, is_initialized=False)
     for step in path:
         assert CALLS[step](session) == OK
     is_allowed = name in allowed or (fmi, mode, name) == (2, "event", "event mode")
@@ -85,7 +66,7 @@ def test_call_in_mode(start, fmi, mode, name):
 
 
 def test_refused_call_changes_nothing(start):
-    session = start()
+    session = start(is_initialized=False)
     session.initialize()
     session.step(0.0, 0.1)
     before = session.get(range(VARIABLES))[1]
@@ -107,7 +88,7 @@ def test_refused_call_changes_nothing(start):
 )
 @pytest.mark.parametrize("kind", ["cs", "me"])
 def test_instantiate_fails_cleanly(start, kind, arguments, sentence):
-    session = start(kind, **arguments, is_logging=False)
+    session = start(kind, is_initialized=False, **arguments, is_logging=False)
     assert session.component.value is None
     ((status, _, text),) = session.messages
     assert status == ERROR
@@ -117,7 +98,7 @@ def test_instantiate_fails_cleanly(start, kind, arguments, sentence):
 
 def test_what_the_version_does_not_offer(start, fmi):
     if fmi == 2:
-        session = start()
+        session = start(is_initialized=False)
         assert session.library.fmi2Instantiate(b"one", 1, session.description.guid.encode(), b"", None, 0, 0) in (
             0,
             None,
@@ -133,8 +114,8 @@ def test_what_the_version_does_not_offer(start, fmi):
             == ERROR
         )
         return
-    assert start("cs with events").component.value is None
-    session = start()
+    assert start("cs with events", is_initialized=False).component.value is None
+    session = start(is_initialized=False)
     session.initialize()
     for name in ("EnterConfigurationMode", "ExitConfigurationMode", "EnterStepMode", "EvaluateDiscreteStates"):
         assert session.call(name) == ERROR
@@ -148,7 +129,7 @@ def test_what_the_version_does_not_offer(start, fmi):
 
 @pytest.mark.parametrize("reference", [VARIABLES, 2**31, 2**32 - 1])
 def test_unknown_value_reference(start, reference):
-    session = start()
+    session = start(is_initialized=False)
     session.initialize()
     before = session.get(range(VARIABLES))[1]
     assert session.get([0, reference])[0] == ERROR
@@ -162,7 +143,7 @@ def test_unknown_value_reference(start, reference):
 
 
 def test_variables_of_other_types(start, fmi):
-    session = start()
+    session = start(is_initialized=False)
     session.initialize()
     types = ("Integer", "Boolean", "String") if fmi == 2 else ("Float32", "Int8", "UInt64", "Boolean", "String")
     counts = (c_size_t(1),) if fmi == 3 else ()
@@ -177,14 +158,14 @@ def test_variables_of_other_types(start, fmi):
 
 @pytest.mark.parametrize("name", ["der(state.u)", "air.tas", "time"])
 def test_computed_variables_cannot_be_set(start, name):
-    session = start()
+    session = start(is_initialized=False)
     session.initialize(is_exited=False)
     assert session.set([session.names[name]], [1.0]) == ERROR
     assert session.texts() == [f"{name} is computed by the FMU and cannot be set."]
 
 
 def test_states_cannot_be_set_between_steps(start):
-    session = start()
+    session = start(is_initialized=False)
     assert session.set([0], [50.0]) == OK
     session.initialize()
     assert session.set([0], [60.0]) == ERROR
@@ -192,7 +173,7 @@ def test_states_cannot_be_set_between_steps(start):
 
 
 def test_parameters_cannot_be_set_in_continuous_time(start):
-    session = start("me")
+    session = start("me", is_initialized=False)
     session.initialize()
     assert session.set_named(limits__rudder__upper=0.1) == OK
     session.call("EnterContinuousTimeMode")
@@ -201,7 +182,7 @@ def test_parameters_cannot_be_set_in_continuous_time(start):
 
 
 def test_null_pointers(start, fmi):
-    session = start("me")
+    session = start("me", is_initialized=False)
     session.initialize()
     one, size = c_size_t(1), c_size_t(STATES)
     name, tail = ("Real", ()) if fmi == 2 else ("Float64", (one,))
@@ -231,7 +212,7 @@ def test_null_pointers(start, fmi):
 
 
 def test_counts(start, fmi):
-    session = start("me")
+    session = start("me", is_initialized=False)
     session.initialize()
     assert session.continuous("GetContinuousStates", [0.0] * 13)[0] == ERROR
     assert session.continuous("GetContinuousStates", [0.0] * 11)[0] == ERROR
@@ -248,7 +229,7 @@ def test_counts(start, fmi):
 
 class TestTime:
     def test_communication_point_and_stop_time(self, start):
-        session = start()
+        session = start(is_initialized=False)
         assert session.enter_initialization(start=5.0, stop=5.2) == OK
         session.call("ExitInitializationMode")
         assert session.step(0.0, 0.1) == ERROR
@@ -265,14 +246,14 @@ class TestTime:
 
     @pytest.mark.parametrize("duration", [-0.1, math.nan, math.inf])
     def test_bad_step(self, start, duration):
-        session = start()
+        session = start(is_initialized=False)
         session.initialize()
         assert session.step(0.0, duration) == DISCARD
         assert "allowed is a finite one that is not negative" in session.texts()[0]
         assert session.step(0.0, 0.0) == OK
 
     def test_bad_times(self, start):
-        session = start("me")
+        session = start("me", is_initialized=False)
         assert session.enter_initialization(start=math.nan) == ERROR
         session.call("Reset")
         assert session.enter_initialization(start=1.0, stop=0.0) == ERROR
@@ -283,7 +264,7 @@ class TestTime:
 
 class TestLog:
     def test_categories(self, start):
-        session = start()
+        session = start(is_initialized=False)
         names = (ctypes.c_char_p * 1)(b"logStatusDiscard")
         assert session.call("SetDebugLogging", c_bool(True), c_size_t(1), names) == OK
         session.initialize()
@@ -297,7 +278,7 @@ class TestLog:
         assert session.texts()[-1] == "There is no log category events."
 
     def test_only_errors_without_logging(self, start):
-        session = start(is_logging=False)
+        session = start(is_initialized=False, is_logging=False)
         session.initialize()
         assert session.set_named(control__rudder=math.nan) == DISCARD
         assert session.messages == []
@@ -305,7 +286,7 @@ class TestLog:
         assert [status for status, *_ in session.messages] == [ERROR]
 
     def test_warning_has_its_category(self, start):
-        session = start()
+        session = start(is_initialized=False)
         session.initialize()
         session.set_named(control__rudder=1.0)
         session.step(0.0, 0.01)
@@ -326,7 +307,7 @@ class TestStates:
         return content
 
     def test_mode_comes_back_too(self, start):
-        session = start()
+        session = start(is_initialized=False)
         session.initialize(is_exited=False)
         state = self.saved(session)
         session.call("ExitInitializationMode")
@@ -340,14 +321,14 @@ class TestStates:
         assert session.call(session.state_functions[2], byref(state)) == OK
 
     def test_state_of_the_other_kind(self, start):
-        stepping, continuous = start("cs"), start("me")
+        stepping, continuous = start("cs"), start("me", is_initialized=False)
         state = self.saved(stepping)
         assert continuous.call(continuous.state_functions[1], state) == ERROR
         stepping.call(stepping.state_functions[2], byref(state))
 
     def test_every_damaged_byte_is_refused_or_harmless(self, start):
         """A state from damaged bytes is refused, or is one that an instance could have: nothing in it is not finite."""
-        session = start()
+        session = start(is_initialized=False)
         session.initialize()
         session.step(0.0, 0.1)
         state = self.saved(session)
@@ -372,7 +353,7 @@ class TestStates:
         session.call(session.state_functions[2], byref(state))
 
     def test_too_small_a_buffer(self, start):
-        session = start()
+        session = start(is_initialized=False)
         state = self.saved(session)
         small = (ctypes.c_ubyte * 8)()
         assert session.call(session.serialize_functions[1], state, small, c_size_t(8)) == ERROR

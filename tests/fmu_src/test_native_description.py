@@ -23,11 +23,6 @@ from gtm_fmu.errors import InputError
 NAMES = {2: "GtmDynamicsNative", 3: "GtmDynamicsNative3"}
 
 
-@pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
-def fmi(request):
-    return request.param
-
-
 @pytest.fixture
 def fmu(fmi, native_fmus) -> Path:
     return native_fmus[fmi]

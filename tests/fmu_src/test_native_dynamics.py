@@ -1,10 +1,8 @@
 """The native dynamics FMU against the core in this process, the Python FMU, SciPy and finite differences."""
 
 import math
-import threading
 from ctypes import byref, c_size_t, c_ubyte, c_void_p
 from itertools import pairwise
-from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -12,56 +10,29 @@ import pytest
 from fmpy.fmi2 import FMU2Slave
 from scipy.integrate import solve_ivp
 
-from fmu_src.dynamics_variables import dynamics_description
-from fmu_src.reference_results import DOUBLETS, commands
 from gtm_fmu import core
-from gtm_fmu.airframe.names import CONTROLS, OUTPUTS, STATES
 from gtm_fmu.client import FmuClient
+from tests.fmu_src.native_flight import (
+    CONTROLS,
+    DEG,
+    DX,
+    GROUPS,
+    NU,
+    NX,
+    U0,
+    U_SI,
+    X0,
+    X_SI,
+    Y_SI,
+    U,
+    X,
+    Y,
+    fly,
+    put,
+    random_points,
+    read,
+)
 from tests.fmu_src.native_session import DISCARD, ERROR, OK, SESSIONS
-
-NX, NU, NY = len(STATES), len(CONTROLS), len(OUTPUTS)
-X, DX, U, Y = np.split(np.arange(2 * NX + NU + NY), [NX, 2 * NX, 2 * NX + NU])
-GROUPS = dynamics_description().groups
-X_SI, U_SI, Y_SI = (np.array([variable.scale for variable in GROUPS[g]]) for g in ("states", "controls", "outputs"))
-X0 = np.array([variable.start for variable in GROUPS["states"]])
-U0 = np.array([variable.start for variable in GROUPS["controls"]])
-DEG = math.pi / 180
-
-
-@pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
-def fmi(request):
-    return request.param
-
-
-@pytest.fixture
-def start(fmi, native_folders):
-    opened = []
-
-    def instantiate(kind="cs", *, is_exited=True):
-        opened.append(SESSIONS[fmi](native_folders[fmi], kind))
-        opened[-1].initialize(is_exited=is_exited)
-        return opened[-1]
-
-    yield instantiate
-    for session in opened:
-        session.free()
-
-
-def random_points(count, seed=7):
-    rng = np.random.default_rng(seed)
-    x = rng.uniform(-1, 1, (count, NX)) * (40, 40, 40, 1, 1, 1, 1, 3, 15000, 1, 1, 3)
-    x[:, [0, 8]] += 150, 15000
-    return x, rng.uniform(-1, 1, (count, NU)) * (29, 19, 29, 49) + (0, 0, 0, 50)
-
-
-def read(session, places):
-    status, values = session.get([int(place) for place in places])
-    assert status == OK, session.messages
-    return np.array(values)
-
-
-def put(session, x, u):
-    assert session.set([int(place) for place in (*X, *U)], [*(x * X_SI), *(u * U_SI)]) == OK
 
 
 class TestEvaluation:
@@ -97,111 +68,6 @@ class TestEvaluation:
         got = np.array(session.get_named("air.tas", "air.alpha", "der(state.u)", "der(state.p)", "der(state.altitude)"))
         expected = np.array([89.28289596612, 4.573921259901, 3.689609767479, -7.948727049401, -1.320251773024])
         np.testing.assert_allclose(got / (0.3048 / 0.592487, DEG, 0.3048, 1, 0.3048), expected, rtol=1e-9)
-
-
-def exact_slopes(x, u):
-    """Slopes of derivatives and outputs (27, 16) in SI by the core."""
-    known = np.append(X_SI, U_SI)
-    rates, outputs = core.jacobian(x, u)[1], core.outputs_jacobian(x, u)[1]
-    return np.vstack([rates * X_SI[:, None], outputs * Y_SI[:, None]]) / known
-
-
-class TestPartialDerivatives:
-    UNKNOWNS, KNOWNS = [int(v) for v in (*DX, *Y)], [int(v) for v in (*X, *U)]
-
-    @pytest.mark.parametrize("kind", ["cs", "me"])
-    def test_against_the_core(self, start, kind):
-        session = start(kind, is_exited=False)
-        for x, u in zip(*random_points(20), strict=True):
-            put(session, x, u)
-            expected = exact_slopes(x, u)
-            for column, known in enumerate(self.KNOWNS):
-                status, slopes = session.directional(self.UNKNOWNS, [known], [1.0])
-                assert status == OK
-                np.testing.assert_allclose(slopes, expected[:, column], rtol=1e-12, atol=1e-14)
-
-    def test_against_differences_of_the_fmu(self, start):
-        """Central ones; points nearer to a breakpoint of the tables than the step have another slope and are few."""
-        session = start("me", is_exited=False)
-        errors = []
-        for x, u in zip(*random_points(20), strict=True):
-            put(session, x, u)
-            for known in self.KNOWNS:
-                slopes = np.array(session.directional(self.UNKNOWNS, [known], [1.0])[1])
-                (value,) = read(session, [known])
-                step = 1e-6 * max(1.0, abs(value))
-                ends = []
-                for end in (value + step, value - step):
-                    session.set([known], [end])
-                    ends.append(read(session, self.UNKNOWNS))
-                session.set([known], [value])
-                difference = (ends[0] - ends[1]) / (2 * step)
-                errors.append(np.abs(difference - slopes) / np.maximum(np.abs(slopes), 1))
-        assert np.quantile(np.max(errors, axis=1), 0.98) < 1e-5
-
-    def test_directions_add_up(self, start):
-        session = start("me", is_exited=False)
-        x, u = (points[0] for points in random_points(1))
-        put(session, x, u)
-        seed = np.random.default_rng(2).normal(size=len(self.KNOWNS))
-        status, result = session.directional(self.UNKNOWNS, self.KNOWNS, seed)
-        assert status == OK
-        np.testing.assert_allclose(result, exact_slopes(x, u) @ seed, rtol=1e-12, atol=1e-12)
-
-    def test_adjoint(self, native_folders):
-        with SESSIONS[3](native_folders[3], "me") as session:
-            session.initialize()
-            x, u = (points[0] for points in random_points(1))
-            put(session, x, u)
-            seed = np.random.default_rng(2).normal(size=len(self.UNKNOWNS))
-            status, result = session.adjoint(self.UNKNOWNS, self.KNOWNS, seed)
-            assert status == OK
-            np.testing.assert_allclose(result, exact_slopes(x, u).T @ seed, rtol=1e-12, atol=1e-12)
-
-    def test_states_as_outputs_and_parameters(self, start):
-        session = start("me", is_exited=False)
-        names = session.names
-        assert session.directional([int(X[2])], [int(X[2]), int(X[3])], [2.0, 5.0]) == (OK, [2.0])
-        assert session.directional([int(DX[0])], [names["solver.substep"], names["time"]], [1.0, 1.0]) == (OK, [0.0])
-        assert session.directional([int(DX[0])], [int(Y[0])], [1.0])[0] == ERROR
-        assert session.directional([names["limits.rudder.lower"]], [int(X[0])], [1.0])[0] == ERROR
-
-    def test_held_controls(self, start):
-        """A held control passes its slope to the limit that holds it; a jam has none."""
-        session = start("me", is_exited=False)
-        names = session.names
-        q = names["der(state.q)"]
-        knowns = [names[name] for name in ("control.elevator", "limits.elevator.lower", "limits.elevator.upper")]
-        slope = exact_slopes(X0 / X_SI, U0 / U_SI)[4, NX]
-
-        def slopes():
-            return [session.directional([q], [known], [1.0])[1][0] for known in knowns]
-
-        assert slopes() == [pytest.approx(slope), 0, 0]
-        session.set_named(limits__elevator__upper=0.0)
-        at_zero = exact_slopes(X0 / X_SI, np.array([0, *(U0 / U_SI)[1:]]))[4, NX]
-        assert slopes() == [0, 0, pytest.approx(at_zero)]
-        session.set_named(limits__elevator__upper=0.5, limits__elevator__lower=0.1)
-        assert slopes()[::2] == [0, 0]
-        assert slopes()[1] != 0
-        session.set_named(limits__elevator__upper=0.1, control__elevator=0.1)
-        assert slopes() == [0, 0, 0]
-
-    def test_seed_that_is_not_finite(self, start):
-        session = start("me", is_exited=False)
-        for seed in (math.nan, math.inf, 1e308):
-            status, result = session.directional([int(DX[0])], [int(X[0]), int(X[1])], [seed, seed])
-            assert status == ERROR or np.isfinite(result).all()
-
-
-def fly(session, steps, step_s=0.02, first=0):
-    for i in range(first, first + steps):
-        values = commands(i * step_s, dict.fromkeys(DOUBLETS, 0.0))
-        session.set(
-            [session.names[name] for name in values], [U0[0] + values["control.elevator"], values["control.aileron"]]
-        )
-        assert session.step(i * step_s, step_s) == OK
-    return read(session, X)
 
 
 class TestSteps:
@@ -418,54 +284,6 @@ def test_bad_state_is_discarded_and_nothing_is_nan(start, values, sentence, tole
         OK,
         ERROR,
     )
-
-
-class TestInstances:
-    def test_threads_give_the_same_bits(self, fmi, native_folders):
-        """Eight threads with an instance each (ctypes lets go of the interpreter during a call)."""
-
-        def flight(results, place):
-            with SESSIONS[fmi](native_folders[fmi], "cs") as session:
-                session.initialize()
-                results[place] = fly(session, 500)
-
-        alone, results = [None], [None] * 8
-        flight(alone, 0)
-        threads = [threading.Thread(target=flight, args=(results, place)) for place in range(8)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        for result in results:
-            np.testing.assert_array_equal(result, alone[0])
-
-    def test_ten_thousand_instances_do_not_grow(self, fmi, native_folders):
-        folder = native_folders[fmi]
-        description = fmpy.read_model_description(folder, validate=False)
-        library = SESSIONS[fmi](folder, "cs").library
-
-        def resident_kb():
-            for line in Path("/proc/self/status").read_text().splitlines():
-                if line.startswith("VmRSS"):
-                    return float(line.split()[1])
-            pytest.skip("the system does not tell the resident memory")
-
-        session = SESSIONS[fmi](folder, "cs")
-        token = description.guid.encode()
-
-        def cycle(count):
-            for _ in range(count):
-                session.free()
-                session.component.value = session.instantiate("cs", token, b"one", True)
-                session.enter_initialization()
-                session.get([12])
-
-        cycle(500)
-        before = resident_kb()
-        cycle(10_000)
-        assert resident_kb() - before < 1000
-        session.free()
-        assert library is not None
 
 
 def test_fmpy_client_drives_the_native_fmu(native_fmus):
