@@ -20,6 +20,7 @@ from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
 _THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
 
+_GAP_STEP_KT, _EDGE_TOLERANCE_KT, _HELD = 0.5, 0.001, 1e-6
 _FIRST_SPEEDS, _SPEED_TOLERANCE_KT, _RATE_TOLERANCE_DEG_S = 9, 0.1, 0.05  # of a boundary
 
 # Unknown and sign of what is made least: the envelope's two ends, and the throttle that tells whether there is one.
@@ -105,6 +106,44 @@ class FlightCondition:
             at_v_min=self._trim(low, limits),
             at_v_max=self._trim(high, limits),
         )
+
+    def intervals(self, rudder_deg: Range | None = None) -> tuple[Range, ...]:
+        """Speeds in kt at which a steady manoeuvre exists: one interval, or several with gaps between them.
+
+        Gaps are looked for every 0.5 kt (near the ceiling the thrust required has humps over speed) and their ends
+        found to 0.001 kt.
+        """
+        whole = self.envelope(rudder_deg)
+        if not (whole.feasible and whole.at_v_min and whole.at_v_max):
+            return ()
+        limits_deg = whole.limits.rudder_deg
+        slowest, fastest = whole.at_v_min.tas_kt, whole.at_v_max.tas_kt
+        start, previous, intervals = slowest, slowest, []
+        y: np.ndarray | None = whole.at_v_min.unknowns
+        for speed in np.append(np.arange(slowest, fastest, _GAP_STEP_KT)[1:], fastest).tolist():
+            found = self._trim_at(limits_deg, speed, y) if speed < fastest else whole.at_v_max.unknowns
+            if found is not None and y is None:
+                start = self._edge(limits_deg, speed, previous, found)
+            elif found is None and y is not None:
+                intervals.append((start, self._edge(limits_deg, previous, speed, y)))
+            previous, y = speed, found
+        return (*intervals, (start, fastest))
+
+    def _trim_at(self, rudder_deg: Range, tas_kt: float, near: np.ndarray | None) -> np.ndarray | None:
+        """Unknowns of a trim at one speed, sought from a near one first; None where there is none."""
+        for starts in (None,) if near is None else (near[None], None):
+            found = self._extreme(rudder_deg, _T_MIN, tas_kt, starts)
+            if found.status == solver.TRIMMED and found.y[THROTTLE] <= self._upper[THROTTLE] + _HELD:
+                return found.y
+        return None
+
+    def _edge(self, rudder_deg: Range, inside: float, outside: float, y: np.ndarray) -> float:
+        """Speed in kt, between one with the trim y and one without any, where the trims end."""
+        while abs(outside - inside) > _EDGE_TOLERANCE_KT:
+            middle = 0.5 * (inside + outside)
+            found = self._trim_at(rudder_deg, middle, y)
+            inside, outside, y = (inside, middle, y) if found is None else (middle, outside, found)
+        return inside
 
     def boundary(self, rudder_deg: Range | None = None) -> Boundary:
         """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points.

@@ -196,7 +196,7 @@ def envelope(
 
     limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
     condition = FlightCondition(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg)
-    values = condition.envelope().to_dict()
+    values = condition.envelope().to_dict() | {"intervals_kt": condition.intervals()}
     if plot:
         from gtm_fmu.grid import envelope_grid
         from study.envelope_figures import save_envelope
