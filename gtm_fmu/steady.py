@@ -70,9 +70,7 @@ def trims(
     if rudder_deg is not None:
         rudder_deg = manoeuvre.check_values("rudder in deg", rudder_deg, WIDEST["rudder_deg"])
         if rudder_deg.shape[-1:] != (2,) or np.any(rudder_deg[..., 0] > rudder_deg[..., 1]):
-            raise InputError(
-                "rudder in deg: some limits are no pairs or reversed; give (.., 2), the lower first."
-            )
+            raise InputError("rudder in deg: some limits are no pairs or reversed; give (.., 2), the lower first.")
         conditions += [rudder_deg[..., 0], rudder_deg[..., 1]]
     columns = [np.ravel(column) for column in np.broadcast_arrays(*conditions)]
     n = columns[0].size
