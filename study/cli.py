@@ -93,6 +93,14 @@ def _solve(fmu: Path | None, **question):
         raise InputError(f"'{fmu}' cannot be evaluated ({error}); give a GtmDynamics.fmu built here.") from error
 
 
+def _described(found, limits) -> dict[str, Any]:
+    """A trim with its stability and controllability, which the nearest to one does not have."""
+    from gtm_fmu.linearization import linearize as linear_model
+
+    model = linear_model(found, limits) if found.feasible else None
+    return found.to_dict() | {"stable": model and model.stable, "controllable": model and model.controllable}
+
+
 @app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
 def trim(
     altitude_ft: Altitude,
@@ -113,8 +121,6 @@ def trim(
     With a movable rudder the trim with the least sideslip is taken. Exit code 3 if the limits leave none; the nearest
     is printed all the same.
     """
-    from gtm_fmu.linearization import linearize as linear_model
-
     limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
     found = _solve(
         fmu,
@@ -126,11 +132,7 @@ def trim(
         alpha_deg=alpha_deg,
         phi_deg=phi_deg,
     )
-    values = found.to_dict() | {"stable": None, "controllable": None}
-    if found.feasible:
-        model = linear_model(found, limits)
-        values |= {"stable": model.stable, "controllable": model.controllable}
-    show(values, as_json, "Steady manoeuvre")
+    show(_described(found, limits), as_json, "Steady manoeuvre")
     if not found.feasible:
         raise typer.Exit(NO_SOLUTION)
 
@@ -170,7 +172,7 @@ def linearize(
         phi_deg=phi_deg,
     )
     if not found.feasible:
-        show(found.to_dict(), as_json, "No such steady manoeuvre; the nearest")
+        show(_described(found, limits), as_json, "No such steady manoeuvre; the nearest")
         raise typer.Exit(NO_SOLUTION)
     show(linear_model(found, limits).to_dict(), as_json, "Linear model")
 
@@ -196,7 +198,10 @@ def envelope(
 
     limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
     condition = FlightCondition(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg)
-    values = condition.envelope().to_dict() | {"intervals_kt": condition.intervals()}
+    found = condition.envelope()
+    values = found.to_dict() | {"intervals_kt": condition.intervals()}
+    for end in ("at_v_min", "at_v_max"):
+        values[end] = (trim := getattr(found, end)) and _described(trim, limits)
     if plot:
         from gtm_fmu.grid import envelope_grid
         from study.envelope_figures import save_envelope
