@@ -15,7 +15,16 @@ from fmu_src.native_sources import header_licence, source_files, variable_table
 from fmu_src.native_variables import DYNAMICS_FAULTS, native_dynamics_description
 from fmu_src.reference_results import reference_files
 
-SHARED = ("model.h", "instance.h", "instance.c")
+SHARED = (
+    "model.h",
+    "instance.h",
+    "internal.h",
+    "instance.c",
+    "values.c",
+    "evaluation.c",
+    "partial_derivatives.c",
+    "fmu_state.c",
+)
 _MOTION = ("motion.c", "table.c", "generated/airframe.c", "generated/tables.c")
 WRITERS = {2: write_fmi2, 3: write_fmi3}
 

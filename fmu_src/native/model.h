@@ -1,6 +1,6 @@
 /* The interface between a model and the FMI wrappers.
 
-   Each FMU is compiled from the wrapper of its FMI version (fmi2.c or fmi3.c), what the wrappers share (instance.c), one
+   Each FMU is compiled from the wrapper of its FMI version (fmi2.c or fmi3.c), what the wrappers share (instance.h), one
    model, and its table of variables: variables.h and variables.c are written from the model description when the FMU is
    built. A model works in its own units, those of SI divided by the variables' scales, and keeps nothing between calls. */
 #ifndef MODEL_H

@@ -1,0 +1,109 @@
+/* The model at the values of an instance: results and steps. */
+#include "internal.h"
+
+#include <math.h>
+#include <string.h>
+
+const double *instance_range_of(const Instance *i, int input, double *command)
+{
+    const int limits = model_variables[INPUTS + input].limits;
+    *command = i->now.values[INPUTS + input];
+    return limits < 0 ? NULL : i->now.values + limits;
+}
+
+static double held(double command, const double *range)
+{
+    return range ? fmin(fmax(command, range[0]), range[1]) : command;
+}
+
+/* The inputs as the model gets them; each command that leaves its limits is logged once. */
+static void note_excursions(Instance *i)
+{
+    for (int k = 0; k < N_INPUTS; k++) {
+        double command;
+        const double *range = instance_range_of(i, k, &command);
+        const double kept = held(command, range);
+        const bool is_out = fabs(command - kept) > ROUNDING;
+        if (is_out && !i->now.is_held[k])
+            instance_say(i, WARNING, "%s %g is outside its limits and is held at %g (SI).", model_variables[INPUTS + k].name,
+                command, kept);
+        i->now.is_held[k] = is_out;
+    }
+}
+
+bool instance_load(Instance *i, double x[], double u[], const char *consequence)
+{
+    const double *values = i->now.values;
+    for (int v = 0; v < N_VARIABLES; v++)
+        if (i->now.is_refused[v]) {
+            instance_say(i, DISCARD, "%s waits for a value that is allowed. %s", model_variables[v].name, consequence);
+            return false;
+        }
+    for (int k = 0; k < N_INPUTS; k++) {
+        double command;
+        const double *range = instance_range_of(i, k, &command);
+        if (range && range[0] > range[1]) {
+            const Variable *lower = model_variables + model_variables[INPUTS + k].limits;
+            instance_say(i, DISCARD, "%s %g is above %s %g (SI). %s", lower[0].name, range[0], lower[1].name, range[1],
+                consequence);
+            return false;
+        }
+        u[k] = held(command, range) / model_variables[INPUTS + k].scale;
+    }
+    for (int k = 0; k < N_STATES; k++) x[k] = values[STATES + k] / model_variables[STATES + k].scale;
+    note_excursions(i);
+    return true;
+}
+
+static const char STALE[] = "The outputs cannot be computed.";
+
+/* Derivatives or outputs at the present values; on a fault they stay those of the last good ones. */
+Status instance_update(Instance *i, int part)
+{
+    if (i->is_stale[part]) {
+        const int first = part == RATES ? DERIVATIVES : OUTPUTS, n = part == RATES ? N_STATES : N_OUTPUTS;
+        double x[ROOM(N_STATES)], u[ROOM(N_INPUTS)], results[ROOM(N_UNKNOWNS)], values[ROOM(N_UNKNOWNS)];
+        i->is_stale[part] = false;
+        i->fault[part] = -1;
+        if (!instance_load(i, x, u, STALE)) return DISCARD;
+        int fault = (part == RATES ? model_derivatives : model_outputs)(x, u, i->now.values, results);
+        for (int k = 0; k < n && !fault; k++) {
+            values[k] = results[k] * model_variables[first + k].scale;
+            if (!isfinite(values[k])) fault = FAULT_NOT_FINITE;
+        }
+        i->fault[part] = fault;
+        if (fault) instance_say(i, DISCARD, "%s %s", model_faults[fault], STALE);
+        else memcpy(i->now.values + first, values, (size_t)n * sizeof *values);
+    }
+    return i->fault[part] ? DISCARD : OK;
+}
+
+Status instance_step(Instance *i, double point, double duration)
+{
+    const double time = instance_time(i), size = fmax(1, fabs(time));
+    if (!(isfinite(duration) && duration >= 0)) {
+        instance_say(i, DISCARD, "A step of %g s was asked for, allowed is a finite one that is not negative. The step at %g s is "
+            "refused.", duration, point);
+        return DISCARD;
+    }
+    if (!(fabs(point - time) <= ROUNDING * size))
+        return instance_refuse(i, "A step at %g s was asked for, but the FMU is at %g s.", point, time);
+    if (point + duration > i->stop_time + ROUNDING * size)
+        return instance_refuse(i, "A step to %g s was asked for, but the experiment stops at %g s.", point + duration,
+                               i->stop_time);
+    double x[ROOM(N_STATES)], u[ROOM(N_INPUTS)], moved[ROOM(N_STATES)];
+    if (!instance_load(i, x, u, "The step is refused.")) return DISCARD;
+    int fault = model_advance(x, u, i->now.values, duration);
+    for (int k = 0; k < N_STATES && !fault; k++) {
+        moved[k] = x[k] * model_variables[STATES + k].scale;
+        if (!isfinite(moved[k])) fault = FAULT_NOT_FINITE;
+    }
+    if (fault) {
+        instance_say(i, DISCARD, "%s The step at %g s is refused.", model_faults[fault], point);
+        return DISCARD;
+    }
+    memcpy(i->now.values + STATES, moved, N_STATES * sizeof *moved);
+    i->now.values[TIME_REFERENCE] = point + duration;
+    instance_touch(i);
+    return OK;
+}

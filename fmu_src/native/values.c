@@ -1,0 +1,116 @@
+/* Values by value reference and continuous states. */
+#include "internal.h"
+
+#include <math.h>
+#include <string.h>
+
+bool instance_is_known(const Instance *i, bool is_boolean, const unsigned references[], size_t n)
+{
+    for (size_t k = 0; k < n; k++)
+        if (references[k] >= N_VARIABLES || (bool)model_variables[references[k]].is_boolean != is_boolean) {
+            instance_refuse(i, "There is no %s variable with value reference %u.", is_boolean ? "Boolean" : "real",
+                            references[k]);
+            return false;
+        }
+    return true;
+}
+
+bool instance_is_allowed(const Variable *variable, double value)
+{
+    const double slack = ROUNDING * fmax(1, fabs(value));
+    if (variable->kind != PARAMETER) return isfinite(value);
+    return isfinite(value) && variable->minimum - slack <= value && value <= variable->maximum + slack;
+}
+
+static Status worse(Status a, Status b) { return a > b ? a : b; }
+
+Status instance_get(Instance *i, bool is_boolean, const unsigned references[], size_t n, double values[])
+{
+    if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values) || !instance_is_known(i, is_boolean, references, n)) return ERROR;
+    Status status = OK;
+    for (size_t k = 0; k < n; k++) {
+        const Kind kind = model_variables[references[k]].kind;
+        if (kind == DERIVATIVE || kind == OUTPUT) status = worse(status, instance_update(i, kind == DERIVATIVE ? RATES : RESULTS));
+        values[k] = i->now.values[references[k]];
+    }
+    return status;
+}
+
+static Status take(Instance *i, unsigned v, double value)
+{
+    const Variable *variable = model_variables + v;
+    instance_touch(i);
+    i->now.is_refused[v] = !instance_is_allowed(variable, value);
+    if (!i->now.is_refused[v]) {
+        i->now.values[v] = value;
+        return OK;
+    }
+    if (variable->kind == PARAMETER)
+        instance_say(i, DISCARD, "%s was given as %g, allowed is %g .. %g %s: %g is kept.", variable->name, value,
+            variable->minimum, variable->maximum, variable->unit, i->now.values[v]);
+    else
+        instance_say(i, DISCARD, "%s was given as %g, allowed is a finite number: %g is kept.", variable->name, value,
+            i->now.values[v]);
+    return DISCARD;
+}
+
+/* Modes in which a variable can be set; zero when never. */
+static unsigned settable_modes(Kind kind)
+{
+    switch (kind) {
+    case STATE: return INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS;
+    case INPUT: return INSTANTIATED | INITIALIZATION | INITIALIZED;
+    case PARAMETER: return INSTANTIATED | INITIALIZATION | STEP | EVENT;
+    default: return 0;
+    }
+}
+
+Status instance_set(Instance *i, bool is_boolean, const unsigned references[], size_t n, const double values[])
+{
+    if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values) || !instance_is_known(i, is_boolean, references, n)) return ERROR;
+    for (size_t k = 0; k < n; k++) {
+        const Variable *variable = model_variables + references[k];
+        const unsigned modes = settable_modes(variable->kind);
+        if (!modes) return instance_refuse(i, "%s is computed by the FMU and cannot be set.", variable->name);
+        if (!(modes & i->now.mode)) return instance_refuse(i, "%s cannot be set in the present mode.", variable->name);
+    }
+    Status status = OK;
+    for (size_t k = 0; k < n; k++) status = worse(status, take(i, references[k], values[k]));
+    return status;
+}
+
+static bool is_count_wrong(const Instance *i, size_t n)
+{
+    if (n != N_STATES) instance_refuse(i, "%zu continuous states were asked for, the FMU has %d.", n, N_STATES);
+    return n != N_STATES;
+}
+
+Status instance_get_states(Instance *i, double x[], size_t n)
+{
+    if (is_count_wrong(i, n) || instance_is_missing(i, n, x)) return ERROR;
+    if (n) memcpy(x, i->now.values + STATES, n * sizeof *x);
+    return OK;
+}
+
+Status instance_set_states(Instance *i, const double x[], size_t n)
+{
+    if (is_count_wrong(i, n) || instance_is_missing(i, n, x)) return ERROR;
+    Status status = OK;
+    for (unsigned k = 0; k < n; k++) status = worse(status, take(i, STATES + k, x[k]));
+    return status;
+}
+
+Status instance_get_derivatives(Instance *i, double dx[], size_t n)
+{
+    if (is_count_wrong(i, n) || instance_is_missing(i, n, dx)) return ERROR;
+    const Status status = instance_update(i, RATES);
+    if (n) memcpy(dx, i->now.values + DERIVATIVES, n * sizeof *dx);
+    return status;
+}
+
+Status instance_get_nominals(const Instance *i, double x[], size_t n)
+{
+    if (is_count_wrong(i, n) || instance_is_missing(i, n, x)) return ERROR;
+    for (size_t k = 0; k < n; k++) x[k] = model_variables[STATES + k].nominal;
+    return OK;
+}
