@@ -167,9 +167,9 @@ def sensitivity_indices(emulator: RudderEmulator, seed: int) -> sensitivity.Vari
     ranges = emulator.speeds.input_ranges.tolist()
     distribution = sensitivity.Distribution(
         [
-            sensitivity.Uniform(altitude, *ranges[0], ft),
-            sensitivity.Uniform(gamma, *ranges[1], deg),
-            sensitivity.OrderedUniform((lower, upper), *WIDEST["rudder_deg"], deg),
+            sensitivity.Uniform(altitude, *ranges[0], unit=ft),
+            sensitivity.Uniform(gamma, *ranges[1], unit=deg),
+            sensitivity.OrderedUniform((lower, upper), *WIDEST["rudder_deg"], unit=deg),
         ]
     )
     design = sensitivity.variance_design(distribution, SENSITIVITY_ROWS, sampling="random", seed=seed)
