@@ -93,7 +93,7 @@ class FlightCondition:
     def envelope(self, rudder_deg: Range | None = None) -> Envelope:
         """V_min and V_max with the rudder inside ``rudder_deg`` (default: the limits of this condition)."""
         limits = self.limits if rudder_deg is None else replace(self.limits, rudder_deg=rudder_deg)
-        low, high, least = (self._extreme(limits.rudder_deg, goal) for goal in (_V_MIN, _V_MAX, _T_MIN))
+        low, high = (self._extreme(limits.rudder_deg, goal) for goal in (_V_MIN, _V_MAX))
         feasible = low.status == high.status == solver.TRIMMED
         return Envelope(
             altitude_ft=self.altitude_ft,
@@ -102,10 +102,15 @@ class FlightCondition:
             feasible=feasible,
             v_min_kt=float(low.y[V] * KT_PER_FT_S) if feasible else None,
             v_max_kt=float(high.y[V] * KT_PER_FT_S) if feasible else None,
-            t_min_pct=float(least.y[THROTTLE]) if least.status == solver.TRIMMED else None,
+            t_min_pct=self.least_throttle(limits.rudder_deg),
             at_v_min=self._trim(low, limits),
             at_v_max=self._trim(high, limits),
         )
+
+    def least_throttle(self, rudder_deg: Range | None = None) -> float | None:
+        """t_min in %: the least throttle of a steady manoeuvre that keeps every other limit; None if none does."""
+        found = self._extreme(self.limits.rudder_deg if rudder_deg is None else rudder_deg, _T_MIN)
+        return float(found.y[THROTTLE]) if found.status == solver.TRIMMED else None
 
     def intervals(self, rudder_deg: Range | None = None) -> tuple[Range, ...]:
         """Speeds in kt at which a steady manoeuvre exists: one interval, or several with gaps between them.
