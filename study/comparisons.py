@@ -164,7 +164,7 @@ def compare_surrogate_fmu(fmu: Path, emulator: RudderEmulator, seed: int) -> dic
 def sensitivity_indices(emulator: RudderEmulator, seed: int) -> sensitivity.VarianceIndices:
     """First-order and total indices of V_min and V_max, by the emulator, over the lattice's domain."""
     (altitude, ft), (gamma, deg), (lower, _), (upper, _) = INPUTS
-    ranges = emulator.speeds.input_ranges.tolist()
+    ranges: list[Range] = [(low, high) for low, high in emulator.speeds.input_ranges.tolist()]
     distribution = sensitivity.Distribution(
         [
             sensitivity.Uniform(altitude, *ranges[0], unit=ft),
