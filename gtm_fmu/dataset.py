@@ -1,19 +1,20 @@
-"""Envelopes over a lattice of rudder failures and flight conditions, as an xarray data set on disk."""
+"""Envelopes over a lattice of rudder failures and flight conditions, as an xarray data set in memory and on disk.
 
-import hashlib
+`gtm_fmu.distribution` computes data sets of any size and axes into a store.
+"""
+
 import os
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from importlib.metadata import version
-from itertools import combinations_with_replacement, product
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from gtm_fmu.airframe.tables import DATA_FILE
-from gtm_fmu.envelope import Envelope, FlightCondition
+from gtm_fmu import results
+from gtm_fmu.axes import failure_levels, levels, limit_levels
+from gtm_fmu.cases import CaseTable
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import Range
 
@@ -22,24 +23,10 @@ PAPER_GAMMAS_DEG = tuple(float(gamma) for gamma in range(-5, 6))
 PAPER_RUDDERS_DEG = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
 """Levels of the paper's lattice (paper Table 7)."""
 
-_AT_THE_ENDS = {
-    "alpha_deg": "deg",
-    "beta_deg": "deg",
-    "phi_deg": "deg",
-    "theta_deg": "deg",
-    "turn_rate_deg_s": "deg/s",
-    "elevator_deg": "deg",
-    "aileron_deg": "deg",
-    "rudder_deg": "deg",
-    "throttle_pct": "%",
-}
-"""What is kept of the trim at each end, with its unit."""
-_SUFFIX = {"deg": "_deg", "deg/s": "_deg_s", "%": "_pct"}
-
 
 def rudder_failures(levels_deg: Iterable[float]) -> list[Range]:
     """All jams and restrictions between the levels: pairs lower <= upper, 28 for the paper's seven."""
-    return list(combinations_with_replacement(sorted(levels_deg), 2))
+    return [(lower, upper) for lower, upper in failure_levels("rudder", levels_deg).values]
 
 
 def lattice(
@@ -57,58 +44,44 @@ def lattice(
         workers: threads; default one a core (the solver runs outside the interpreter's lock).
 
     Returns:
-        Data set over (altitude, gamma, failure): feasible, v_min, v_max, t_min and the trims at both ends
-        (``alpha_at_v_min`` ...). NaN where no envelope exists. Units are attributes of each variable.
+        Data set over (altitude, gamma, failure): the columns of `results.schema`, feasible, v_min, v_max, t_min and
+        the trims at both ends (``alpha_at_v_min`` ...). NaN where no envelope exists. Units are attributes.
 
     Raises:
         InputError: an empty axis, or a level outside what is allowed.
     """
     failures = rudder_failures(PAPER_RUDDERS_DEG) if failures is None else list(failures)
-    if not (len(altitudes_ft) and len(gammas_deg) and failures):
-        raise InputError("The lattice is empty; give at least one altitude, flight-path angle and failure.")
-    conditions = [FlightCondition(*condition) for condition in product(altitudes_ft, gammas_deg)]
+    table = CaseTable.lattice(
+        [levels("altitude", altitudes_ft), levels("gamma", gammas_deg), limit_levels("rudder", failures)]
+    )
+    conditions = len(altitudes_ft) * len(gammas_deg)
 
-    def solve(condition: FlightCondition) -> list[Envelope]:
-        return [condition.envelope(failure) for failure in failures]
+    def solve(condition: int) -> dict[str, np.ndarray]:
+        start = condition * len(failures)
+        return results.evaluate(table.rows(start, start + len(failures)))
 
-    envelopes: list[Envelope] = []
+    solved = []
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        for solved in pool.map(solve, conditions):
-            envelopes += solved
+        for columns in pool.map(solve, range(conditions)):
+            solved.append(columns)
             if progress:
-                progress(len(envelopes) // len(failures), len(conditions))
-    return _dataset(envelopes, altitudes_ft, gammas_deg, failures)
-
-
-def _dataset(envelopes: list[Envelope], altitudes_ft, gammas_deg, failures) -> xr.Dataset:
+                progress(len(solved), conditions)
     dims, shape = ("altitude", "gamma", "failure"), (len(altitudes_ft), len(gammas_deg), len(failures))
-
-    def variable(values: Iterable[float | None], units: str) -> tuple:
-        column = np.array([np.nan if value is None else value for value in values], dtype=float)
-        return dims, column.reshape(shape), {"units": units}
-
-    def at(end: str, name: str) -> list[float | None]:
-        return [getattr(getattr(e, f"at_{end}"), name) if e.feasible else None for e in envelopes]
-
-    variables: dict[str, tuple] = {"feasible": (dims, np.reshape([e.feasible for e in envelopes], shape))}
-    variables["v_min"] = variable((e.v_min_kt for e in envelopes), "kt")
-    variables["v_max"] = variable((e.v_max_kt for e in envelopes), "kt")
-    variables["t_min"] = variable((e.t_min_pct for e in envelopes), "%")
-    for end, (name, units) in product(("v_min", "v_max"), _AT_THE_ENDS.items()):
-        variables[f"{name.removesuffix(_SUFFIX[units])}_at_{end}"] = variable(at(end, name), units)
-    lower, upper = zip(*failures, strict=True)
+    rudder_lower, rudder_upper = np.array(failures, dtype=float).T
     return xr.Dataset(
-        variables,
+        {
+            name: (dims, np.concatenate([columns[name] for columns in solved]).reshape(shape), described)
+            for name, (_, described) in results.schema().items()
+        },
         coords={
             "altitude": ("altitude", np.asarray(altitudes_ft, dtype=float), {"units": "ft"}),
             "gamma": ("gamma", np.asarray(gammas_deg, dtype=float), {"units": "deg"}),
-            "rudder_lower": ("failure", np.asarray(lower, dtype=float), {"units": "deg"}),
-            "rudder_upper": ("failure", np.asarray(upper, dtype=float), {"units": "deg"}),
+            "rudder_lower": ("failure", rudder_lower, {"units": "deg"}),
+            "rudder_upper": ("failure", rudder_upper, {"units": "deg"}),
         },
         attrs={
             "title": "Lowest and highest speed of steady manoeuvres of the GTM-T2 with a failed rudder",
-            "gtm_fmu_version": version("gtm-fmu"),
-            "aerodynamic_data_sha256": hashlib.sha256(DATA_FILE.read_bytes()).hexdigest(),
+            **results.provenance(),
         },
     )
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from typer.exceptions import TyperException
 
 from gtm_fmu.errors import InputError
+from study.dataset_command import dataset
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
 Pair = tuple[float, float]
@@ -259,6 +260,9 @@ def study(
 
     results = run(output, seed)
     print(json.dumps(results, allow_nan=False) if as_json else f"{markdown(results)}\nAll files are in {output}.")
+
+
+app.command(epilog=example("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2"))(dataset)
 
 
 def _refuse(sentence: str) -> int:

@@ -28,6 +28,16 @@ TRAINING_ROUNDS = 20
 TRAINING_SAMPLES = {1: 260, 2: 261, 3: 344, 4: 71, 5: 88, 6: 1102}
 """Table 14: data set -> samples; 6 is the whole one."""
 
+DATA_SET_LEVELS: dict[int, dict[str, tuple[float, ...]]] = {
+    1: {"gamma_deg": (-5.0, 0.0, 5.0)},
+    2: {"rudder_deg": (-20.0, 0.0, 20.0)},
+    3: {"rudder_deg": (-30.0, -10.0, 10.0, 30.0)},
+    4: {"gamma_deg": (-5.0, 0.0, 5.0), "rudder_deg": (-20.0, 0.0, 20.0)},
+    5: {"gamma_deg": (-5.0, 0.0, 5.0), "rudder_deg": (-30.0, -10.0, 10.0, 30.0)},
+    6: {},
+}
+"""Tables 8-12, section III-E: data set -> levels where fewer than `LATTICE_LEVELS`; both limits take the rudder's."""
+
 MSE_ANN = {1: 1.1746e-3, 2: 1.7366e-3, 3: 2.4953e-4, 4: 5.7781e-3, 5: 1.5934e-3, 6: 9.4251e-5}
 """Table 14: data set -> independent-test MSE of the best neural network (Bayesian regularisation for the whole set)."""
 

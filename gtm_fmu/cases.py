@@ -1,0 +1,144 @@
+"""Cases of a data set: flight conditions and what a failure leaves of each control, on a lattice or sampled.
+
+A table of cases is never held whole (but for a Latin hypercube): any slice of its rows follows from the axes, the kind
+of sampling and the seed alone.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+
+from gtm_fmu.airframe.names import CONTROLS
+from gtm_fmu.axes import QUANTITIES, Axis, Levels, limit_levels
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import WIDEST
+
+LARGEST_LATIN_HYPERCUBE = 20_000_000
+"""Numbers in the largest one, cases times dimensions: its permutations have to be in memory all at once."""
+LARGEST_SOBOL = 2**30
+"""Points of SciPy's sequence."""
+
+
+class Sampling(StrEnum):
+    """How cases are chosen."""
+
+    LATTICE = "lattice"
+    RANDOM = "random"
+    LATIN_HYPERCUBE = "latin-hypercube"
+    SOBOL = "sobol"
+
+
+@dataclass(frozen=True)
+class CaseTable:
+    """Cases as rows of `axes.INPUTS`. Make one with `lattice` or `sampled`."""
+
+    axes: tuple[Axis, ...]
+    sampling: Sampling
+    cases: int
+    seed: int | None = None
+
+    @classmethod
+    def lattice(cls, axes: Iterable[Axis]) -> "CaseTable":
+        """Every combination of levels; the last axis varies fastest. Controls without an axis keep their range.
+
+        Raises:
+            InputError: an axis that has no levels, is missing or given twice.
+        """
+        complete = _complete(axes)
+        for axis in complete:
+            if not isinstance(axis, Levels):
+                raise InputError(f"{axis.name} has no levels; a lattice needs some on every axis.")
+        table = cls(complete, Sampling.LATTICE, 0)
+        return cls(complete, Sampling.LATTICE, math.prod(table._lattice_sizes))
+
+    @classmethod
+    def sampled(cls, axes: Iterable[Axis], sampling: Sampling, cases: int, seed: int = 0) -> "CaseTable":
+        """Cases by a seed; levels are drawn with equal probability. Controls without an axis keep their range.
+
+        Raises:
+            InputError: no case, too many, nothing that varies, a negative seed, an axis missing or given twice.
+        """
+        table = cls(_complete(axes), sampling, cases, seed)
+        if cases < 1:
+            raise InputError(f"{cases} cases were asked for; ask for at least one.")
+        if seed < 0:
+            raise InputError(f"The seed {seed} is negative; give 0 or more.")
+        if not table._dimensions:
+            raise InputError("Every input is held at one value; give at least one a range.")
+        if sampling == Sampling.LATIN_HYPERCUBE and cases * table._dimensions > LARGEST_LATIN_HYPERCUBE:
+            largest = LARGEST_LATIN_HYPERCUBE // table._dimensions
+            raise InputError(f"A Latin hypercube of {cases} cases is too large; take up to {largest}, or sobol.")
+        if sampling == Sampling.SOBOL and cases > LARGEST_SOBOL:
+            raise InputError(f"The Sobol sequence has {LARGEST_SOBOL} points, {cases} were asked for; take random.")
+        return table
+
+    def __len__(self) -> int:
+        return self.cases
+
+    def rows(self, start: int, stop: int) -> np.ndarray:
+        """Cases ``start`` to ``stop`` (stop - start, columns), the same in whatever slices they are asked for."""
+        stop = min(stop, self.cases)
+        if self.sampling == Sampling.LATTICE:
+            index = np.unravel_index(np.arange(start, stop), self._lattice_sizes)
+            return np.column_stack([axis.rows(k) for axis, k in zip(self._levels, index, strict=True)])
+        ends = np.cumsum([axis.dimensions for axis in self.axes])
+        parts = np.split(self._unit(start, stop), ends[:-1], axis=1)
+        return np.column_stack([axis.at(part) for axis, part in zip(self.axes, parts, strict=True)])
+
+    def describe(self) -> dict[str, str | int]:
+        """How the table was made, as attributes of a data set; equal ones make equal tables."""
+        made: dict[str, str | int] = {"sampling": str(self.sampling), "cases": self.cases}
+        if self.seed is not None:
+            made["seed"] = self.seed
+        return made | {f"axis_{axis.name}": str(axis) for axis in self.axes}
+
+    @property
+    def _levels(self) -> list[Levels]:
+        return [axis for axis in self.axes if isinstance(axis, Levels)]
+
+    @property
+    def _lattice_sizes(self) -> list[int]:
+        return [len(axis) for axis in self._levels]
+
+    @property
+    def _dimensions(self) -> int:
+        return sum(axis.dimensions for axis in self.axes)
+
+    def _unit(self, start: int, stop: int) -> np.ndarray:
+        """Points (stop - start, dimensions) of the unit cube."""
+        d, n = self._dimensions, stop - start
+        if self.sampling == Sampling.RANDOM:
+            return np.random.Generator(np.random.PCG64(self.seed).advance(start * d)).random((n, d))
+        if self.sampling == Sampling.LATIN_HYPERCUBE:
+            return self._latin_hypercube[start:stop]
+        from scipy.stats import qmc
+
+        sequence = qmc.Sobol(d, rng=self.seed)
+        if not start:  # SciPy wants a power of two of the sequence's beginning
+            return sequence.random_base2((n - 1).bit_length())[:n]
+        return sequence.fast_forward(start).random(n)
+
+    @cached_property
+    def _latin_hypercube(self) -> np.ndarray:
+        from scipy.stats import qmc
+
+        return qmc.LatinHypercube(self._dimensions, rng=self.seed).random(self.cases)
+
+
+def _complete(axes: Iterable[Axis]) -> tuple[Axis, ...]:
+    """Axes in the order of `axes.INPUTS`, with the undamaged range of each control that has none."""
+    given: dict[str, Axis] = {}
+    for axis in axes:
+        if axis.name in given:
+            raise InputError(f"{axis.name} was given twice; give each axis once.")
+        given[axis.name] = axis
+    for name in QUANTITIES:
+        if name not in given:
+            raise InputError(f"No {name} was given; give one value or a range.")
+    for control, limits in zip(CONTROLS, WIDEST.values(), strict=True):
+        given.setdefault(control, limit_levels(control, [limits]))
+    return tuple(given[name] for name in (*QUANTITIES, *CONTROLS))

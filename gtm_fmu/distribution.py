@@ -1,0 +1,152 @@
+"""A data set computed by `dask.distributed`, on this machine's cores or on the user's cluster.
+
+The process that asks holds the store and writes it; workers solve pieces of a few cases and keep nothing. Only a few
+pieces a worker are under way at any time, so no memory grows with the data set. A piece of a lost worker is solved by
+another.
+"""
+
+import logging
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from dask.system import CPU_COUNT
+from distributed import CancelledError, Client, KilledWorker, LocalCluster, as_completed
+from distributed.comm import CommClosedError, get_address_host_port
+
+from gtm_fmu import manoeuvre, results
+from gtm_fmu.cases import CaseTable
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.store import CaseStore, writer_lock
+
+PIECE = 32
+"""Cases a task: seconds at most, so that the last ones end together."""
+WORKER_MEMORY = "500MB"
+"""A worker that takes more is started anew."""
+_PIECES_A_THREAD = 2
+_RETRIES = 3
+_CONNECTION_S, _WORKER_S = 10, 60
+
+Progress = Callable[[int, int], None]
+
+
+def compute(
+    path: str | Path,
+    table: CaseTable,
+    alpha_deg: Range = manoeuvre.ALPHA_DEG,
+    phi_deg: Range = manoeuvre.PHI_DEG,
+    *,
+    chunk: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> int:
+    """Fill a store with the envelopes of a table's cases; a store that was left unfinished is continued.
+
+    Args:
+        chunk: cases a chunk of the store; default by the number of cases.
+        workers: processes on this machine; default one a core.
+        scheduler: address of a `dask.distributed` scheduler whose workers are used instead; they need this package.
+        progress: called with the number of solved cases and of all that were missing.
+
+    Returns:
+        Number of cases that were missing.
+
+    Raises:
+        InputError: bounds outside what is allowed, a store that is written by another process, damaged, or of another
+            version or with other options; no room on the disk; no workers, or workers that fail.
+    """
+    path = Path(path).absolute()
+    manoeuvre.bounds(ControlLimits(), alpha_deg, phi_deg)
+    if workers is not None and workers < 1:
+        raise InputError(f"{workers} workers were asked for; ask for at least one.")
+    options = {"alpha_deg": list(alpha_deg), "phi_deg": list(phi_deg)}
+    with writer_lock(path):
+        store = CaseStore(path, table, options, chunk)
+        chunks = store.unfinished()
+        if chunks:
+            with _client(workers, scheduler) as client:
+                _fill(store, chunks, client, options, progress)
+    return sum(map(len, chunks))
+
+
+@contextmanager
+def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
+    with ExitStack() as stack:
+        try:
+            if scheduler is None:
+                address = stack.enter_context(_local_cluster(workers or CPU_COUNT))
+            else:
+                get_address_host_port(scheduler)
+                address = scheduler
+            client = stack.enter_context(Client(address, set_as_default=False, timeout=_CONNECTION_S))
+            client.wait_for_workers(1, timeout=_WORKER_S)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise InputError(
+                f"No dask worker at {scheduler or 'this machine'} ({error}); start `dask scheduler` and `dask worker` "
+                "there and give the address as tcp://host:port, or leave it out to use this machine's cores."
+            ) from None
+        yield client
+
+
+def _local_cluster(workers: int) -> LocalCluster:
+    return LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        memory_limit=WORKER_MEMORY,
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    )
+
+
+def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, progress: Progress | None) -> None:
+    pieces = ((chunk, piece) for chunk in chunks for piece in _pieces(chunk))
+    solved: defaultdict[range, dict[int, dict[str, np.ndarray]]] = defaultdict(dict)
+    asked: dict[Any, tuple[range, range]] = {}
+    running = as_completed(loop=client.loop)
+    done, total = 0, sum(map(len, chunks))
+
+    def ask() -> None:
+        threads = sum(client.nthreads().values())
+        while len(asked) < _PIECES_A_THREAD * max(threads, 1) and (next_piece := next(pieces, None)):
+            cases = store.table.rows(next_piece[1].start, next_piece[1].stop)
+            arguments = {**options, "asked_by": results.provenance()}
+            future = client.submit(results.evaluate, cases, **arguments, pure=False, retries=_RETRIES)
+            asked[future.key] = next_piece
+            running.add(future)
+
+    ask()
+    for future in running:
+        chunk, piece = asked.pop(future.key)
+        parts = solved[chunk]
+        parts[piece.start] = _result(future, piece)
+        if len(parts) == len(_pieces(chunk)):
+            ordered = [parts[start] for start in sorted(parts)]
+            store.write(chunk, {name: np.concatenate([part[name] for part in ordered]) for name in ordered[0]})
+            del solved[chunk]
+        ask()
+        done += len(piece)
+        if progress:
+            progress(done, total)
+
+
+def _pieces(chunk: range) -> list[range]:
+    return [chunk[start : start + PIECE] for start in range(0, len(chunk), PIECE)]
+
+
+def _result(future, piece: range) -> dict[str, np.ndarray]:
+    try:
+        return future.result()
+    except InputError:
+        raise
+    except (CancelledError, CommClosedError):
+        reason = "The scheduler was lost"
+    except KilledWorker:
+        reason = f"Workers died again and again at cases {piece.start} to {piece.stop - 1}"
+    except Exception as error:
+        reason = f"A worker failed at cases {piece.start} to {piece.stop - 1} ({type(error).__name__}: {error})"
+    raise InputError(f"{reason}; finished chunks are kept, and the same command continues.")

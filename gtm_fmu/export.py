@@ -1,0 +1,86 @@
+"""A data set as one flat table for other tools: CSV or Parquet."""
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pandas as pd
+import xarray as xr
+
+from gtm_fmu import results
+from gtm_fmu.axes import INPUTS, Column
+from gtm_fmu.errors import InputError
+from gtm_fmu.store import FINISHED, slices
+
+
+def frame(data: xr.Dataset) -> pd.DataFrame:
+    """A row a finished case; units are in the names (``alpha_at_v_min_deg``), limits are spelled out."""
+    finished = data.isel(case=data[FINISHED].values)
+    columns = {}
+    for name in (*(column.name for column in INPUTS), *results.schema()):
+        values = finished[name]
+        if "flag_masks" in values.attrs:
+            names = [" ".join(results.limit_names(int(bits))) for bits in values.values]
+            columns[name] = pd.array(names, dtype="string")
+        else:
+            columns[Column(name, values.attrs.get("units", "")).label] = values.values
+    return pd.DataFrame(columns)
+
+
+def _write_csv(frames: Iterator[pd.DataFrame], path: Path) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        for k, part in enumerate(frames):
+            part.to_csv(file, index=False, header=k == 0)
+
+
+def _write_parquet(frames: Iterator[pd.DataFrame], path: Path) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    tables = (pyarrow.Table.from_pandas(part, preserve_index=False) for part in frames)
+    first = next(tables)
+    with pyarrow.parquet.ParquetWriter(path, first.schema) as writer:
+        writer.write_table(first)
+        for table in tables:
+            writer.write_table(table)
+
+
+_WRITERS: dict[str, Callable[[Iterator[pd.DataFrame], Path], None]] = {".csv": _write_csv, ".parquet": _write_parquet}
+
+
+def check_export(path: str | Path) -> Path:
+    """The path of a table that can be written.
+
+    Raises:
+        InputError: the ending is another, or what it needs is not installed.
+    """
+    path = Path(path)
+    if path.suffix not in _WRITERS:
+        raise InputError(f"{path} is neither .csv nor .parquet; choose one of these endings.")
+    if path.suffix == ".parquet":
+        try:
+            import pyarrow  # noqa: F401
+        except ImportError:
+            raise InputError("Parquet needs pyarrow: `pip install 'gtm-fmu[parquet]'`, or export to .csv.") from None
+    return path
+
+
+def export(store: str | Path, path: str | Path) -> Path:
+    """Write the finished cases of a store as a table, chunk by chunk and in one piece.
+
+    Raises:
+        InputError: the ending is neither .csv nor .parquet, the store cannot be read, or the file not be written.
+    """
+    path = check_export(path)
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _WRITERS[path.suffix]((frame(data) for data in slices(store)), partial)
+        os.replace(partial, path)
+    except OSError as error:
+        raise InputError(
+            f"Cannot write {path} ({error.strerror or error}); choose a folder you may write to."
+        ) from None
+    finally:
+        partial.unlink(missing_ok=True)
+    return path
