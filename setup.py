@@ -50,6 +50,8 @@ setup(
             sources=[
                 "gtm_fmu/core/motion.c",
                 "gtm_fmu/core/table.c",
+                "gtm_fmu/core/problem.c",
+                "gtm_fmu/core/cell.c",
                 "gtm_fmu/core/trim.c",
                 "gtm_fmu/core/manifold.c",
                 "gtm_fmu/core/linear_program.c",

@@ -5,12 +5,12 @@
 
 #include "solver.h"
 
-enum { V = 0, PHI = 4, RUDDER = 7, SPEEDS = 6, BANKS = 3, DEFLECTIONS = 3, NEAR_BANKS = 5, NEAR_DEFLECTIONS = 10 };
+enum { SPEEDS = 6, BANKS = 3, DEFLECTIONS = 3, NEAR_BANKS = 5, NEAR_DEFLECTIONS = 10 };
 static const double slowest = 105, fastest = 320; /* ft/s, of the starts */
 static const double nearer = 3;                   /* ft/s inside the best end */
 
 /* Cold trims at every combination of speeds, banks and deflections. */
-static long starts_at(double altitude, double gamma, int speeds, const double *speed, int banks, const double *bank,
+static long starts_at(const gtm_problem *p, int speeds, const double *speed, int banks, const double *bank,
                       int deflections, const double *deflection, double *starts)
 {
     double held[3 * SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS];
@@ -22,7 +22,7 @@ static long starts_at(double altitude, double gamma, int speeds, const double *s
                 held[3 * n + 1] = bank[j];
                 held[3 * n + 2] = deflection[k];
             }
-    return gtm_cold_starts(altitude, gamma, n, held, starts);
+    return gtm_find_starts(p, n, held, starts);
 }
 
 /* Evenly spread values; one if both ends agree. */
@@ -40,17 +40,17 @@ static int better(int status, double value, double violation, int than_status, d
     return status == GTM_TRIMMED ? value < than_value : violation < than_violation;
 }
 
-int gtm_envelope_end(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
-                     const double objective[GTM_NT], double y[GTM_NT], double *violation)
+int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
+                 double *violation)
 {
-    double starts[SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS * GTM_NT];
+    double starts[SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS * GTM_FULL_NT];
     double speed[SPEEDS], bank[NEAR_BANKS], deflection[NEAR_DEFLECTIONS];
     const double margin = 0.1 * (upper[PHI] - lower[PHI]);
     const int speeds = spread(fmax(lower[V], slowest), fmin(upper[V], fastest), SPEEDS, speed);
     int banks = spread(lower[PHI] + margin, upper[PHI] - margin, BANKS, bank);
     int deflections = spread(lower[RUDDER], upper[RUDDER], DEFLECTIONS, deflection);
-    long n = starts_at(altitude, gamma, speeds, speed, banks, bank, deflections, deflection, starts);
-    int status = gtm_extreme(altitude, gamma, lower, upper, objective, n, starts, y, violation);
+    long n = starts_at(p, speeds, speed, banks, bank, deflections, deflection, starts);
+    int status = gtm_find_extreme(p, lower, upper, objective, n, starts, y, violation);
     if (status == GTM_NO_TRIM) return status;
 
     banks = spread(lower[PHI] + 0.5 * margin, upper[PHI] - 0.5 * margin, NEAR_BANKS, bank);
@@ -62,12 +62,12 @@ int gtm_envelope_end(double altitude, double gamma, const double lower[GTM_NT], 
         if (lower[RUDDER] < 0 && upper[RUDDER] > 0) deflection[deflections++] = 0;
     }
     speed[0] = objective[V] > 0 ? y[V] + nearer : objective[V] < 0 ? y[V] - nearer : y[V];
-    n = starts_at(altitude, gamma, 1, speed, banks, bank, deflections, deflection, starts);
-    double other[GTM_NT] = {0}, other_violation, value = 0, other_value = 0;
-    const int other_status = gtm_extreme(altitude, gamma, lower, upper, objective, n, starts, other, &other_violation);
-    for (int i = 0; i < GTM_NT; i++) value += objective[i] * y[i], other_value += objective[i] * other[i];
+    n = starts_at(p, 1, speed, banks, bank, deflections, deflection, starts);
+    double other[GTM_FULL_NT] = {0}, other_violation, value = 0, other_value = 0;
+    const int other_status = gtm_find_extreme(p, lower, upper, objective, n, starts, other, &other_violation);
+    for (int i = 0; i < p->unknowns; i++) value += objective[i] * y[i], other_value += objective[i] * other[i];
     if (better(other_status, other_value, other_violation, status, value, *violation)) {
-        memcpy(y, other, sizeof other);
+        memcpy(y, other, sizeof *y * (size_t)p->unknowns);
         *violation = other_violation;
         status = other_status;
     }

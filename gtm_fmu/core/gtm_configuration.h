@@ -111,4 +111,29 @@ GTM_API void gtm_full_trim_jacobian_batch(const gtm_configuration *c, long n, co
 GTM_API void gtm_full_trim_state(const gtm_configuration *c, double altitude, double gamma,
                                  const double y[GTM_FULL_NT], double x[GTM_NX], double u[GTM_FULL_NU]);
 
+/* The solvers of gtm_core.h for any configuration (or the study's, c = 0): rows of y and of bounds have `unknowns`
+   entries, GTM_NT with one throttle for the engines that run, or GTM_FULL_NT with one each. A control that nothing
+   follows (its surfaces lost or jammed, its engine out) is held as near to zero as its bounds let it.
+   Of trims with separate throttles and no sideslip, the one with the least difference between them is taken. */
+GTM_API int gtm_full_trim(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,
+                          const double *upper, double *y, double *residual, double *violation);
+GTM_API void gtm_full_trim_batch(const gtm_configuration *c, int unknowns, long n, const double *altitude,
+                                 const double *gamma, const double *lower, const double *upper, double *y,
+                                 double *residual, double *violation, int *status);
+GTM_API long gtm_full_cold_starts(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
+                                  const double *held, double *y);
+GTM_API int gtm_full_extreme(const gtm_configuration *c, int unknowns, double altitude, double gamma,
+                             const double *lower, const double *upper, const double *objective, long n,
+                             const double *starts, double *best, double *violation);
+GTM_API int gtm_full_envelope_end(const gtm_configuration *c, int unknowns, double altitude, double gamma,
+                                  const double *lower, const double *upper, const double *objective, double *best,
+                                  double *violation);
+GTM_API long gtm_full_grid(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,
+                           const double *upper, long speeds, const double *speed, long rates, const double *rate,
+                           long n, const double *seeds, unsigned char *feasible, double *y);
+
+/* gtm_full_trim_state on n rows of y. */
+GTM_API void gtm_full_trim_states(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
+                                  const double *y, double *x, double *u);
+
 #endif

@@ -54,8 +54,9 @@ GTM_API void gtm_aerodynamics(const double K[9], double C[6], double T[54]);
 /* Steady manoeuvres. y[9]: V alpha beta psi_dot phi elevator aileron rudder throttle (ft/s, rad, rad/s, deg, %), under
    bounds lower[9] <= y <= upper[9]; equal bounds hold an unknown. Angles and flight path gamma in rad, altitude in ft. */
 
-/* Typical size of each unknown; the solvers work in y / scale, and violations are in these units. */
-extern GTM_API const double gtm_scale[GTM_NT];
+/* Typical size of each unknown, the last for a second throttle (gtm_configuration.h); the solvers work in y / scale, and
+   violations are in these units. */
+extern GTM_API const double gtm_scale[GTM_NT + 1];
 
 enum gtm_trim_status {
     GTM_TRIMMED = 0,   /* F(y) = 0 inside the bounds */

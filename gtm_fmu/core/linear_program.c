@@ -2,7 +2,7 @@
 
 #include "solver.h"
 
-enum { MOST_ROWS = 64, MOST_VARIABLES = 4 };
+enum { MOST_ROWS = 64, MOST_VARIABLES = 5 };
 static const double tolerance = 1e-12;
 
 static int optimum_on_interval(int rows, const double *A, const double *b, double c, double lower, double upper,
