@@ -148,6 +148,11 @@ def _struct(configuration: Configuration) -> _Struct:
     return struct
 
 
+def reference(configuration: Configuration):
+    """What the core's functions take; it keeps the struct alive."""
+    return ctypes.byref(_struct(configuration))
+
+
 def _call(name: str, configuration: Configuration, arguments: list[np.ndarray], *widths: tuple[int, ...]):
     """Results (.., *width) of a batched function; arguments (.., n) are broadcast to one leading shape."""
     leading = np.broadcast_shapes(*(argument.shape[:-1] for argument in arguments))
@@ -155,7 +160,7 @@ def _call(name: str, configuration: Configuration, arguments: list[np.ndarray], 
     results = [np.empty((*leading, *width)) for width in widths]
     count = ctypes.c_long(int(np.prod(leading)))
     arrays = (address(array) for array in (*arguments, *results))
-    getattr(library(), name)(ctypes.byref(_struct(configuration)), count, *arrays)
+    getattr(library(), name)(reference(configuration), count, *arrays)
     return results
 
 
@@ -195,14 +200,14 @@ def _one_state(x) -> np.ndarray:
 def wind_body(x, configuration: Configuration) -> np.ndarray:
     """Velocity (3) of the air in body axes, ft/s, at a state (12) (SPEC 10.6)."""
     state, wind = _one_state(x), np.empty(3)
-    library().gtm_full_wind(ctypes.byref(_struct(configuration)), address(state), address(wind))
+    library().gtm_full_wind(reference(configuration), address(state), address(wind))
     return wind
 
 
 def state_fault(x, configuration: Configuration) -> int:
     """Why a state (12) has no derivatives, as `motion.state_fault`, with the motion relative to the air."""
     state = _one_state(x)
-    return library().gtm_full_state_fault(ctypes.byref(_struct(configuration)), address(state))
+    return library().gtm_full_state_fault(reference(configuration), address(state))
 
 
 def _manoeuvre(y, altitude, gamma) -> list[np.ndarray]:
@@ -229,5 +234,5 @@ def trim_state(altitude: float, gamma: float, y, configuration: Configuration) -
     y = rows(y, NT, "y")
     x, u = np.empty(NX), np.empty(NU)
     at = ctypes.c_double(altitude), ctypes.c_double(gamma)
-    library().gtm_full_trim_state(ctypes.byref(_struct(configuration)), *at, address(y), address(x), address(u))
+    library().gtm_full_trim_state(reference(configuration), *at, address(y), address(x), address(u))
     return x, u

@@ -132,6 +132,9 @@ GTM_API long gtm_full_grid(const gtm_configuration *c, int unknowns, double alti
                            const double *upper, long speeds, const double *speed, long rates, const double *rate,
                            long n, const double *seeds, unsigned char *feasible, double *y);
 
+/* Which unknowns are controls that nothing follows. */
+GTM_API void gtm_full_dead_controls(const gtm_configuration *c, unsigned char is_dead[GTM_FULL_NT]);
+
 /* gtm_full_trim_state on n rows of y. */
 GTM_API void gtm_full_trim_states(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
                                   const double *y, double *x, double *u);

@@ -188,6 +188,13 @@ void gtm_trim_states(double altitude, double gamma, long n, const double *y, dou
     }
 }
 
+void gtm_full_dead_controls(const gtm_configuration *c, unsigned char is_dead[GTM_FULL_NT])
+{
+    gtm_problem p = {{0, 0, 0}, c, GTM_FULL_NT, {0}};
+    mark_dead(&p);
+    memcpy(is_dead, p.is_dead, sizeof p.is_dead);
+}
+
 void gtm_full_trim_states(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
                           const double *y, double *x, double *u)
 {
