@@ -230,18 +230,28 @@ def predict(
 
 @app.command(epilog=example("build dynamics surrogate --output build/fmu"))
 def build(
-    names: Annotated[list[str] | None, typer.Argument(help="dynamics, surrogate; default: all.")] = None,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="dynamics, surrogate; in C: dynamics-native (FMI 2.0), dynamics-native3 (FMI 3.0)."),
+    ] = None,
     output: Annotated[Path, typer.Option(help="Folder of the FMUs.")] = Path("build/fmu"),
     model: Annotated[Path | None, typer.Option(help="Folder of a study, for the surrogate's networks.")] = None,
+    all_platforms: Annotated[
+        bool, typer.Option("--all-platforms", help="Native FMUs for every platform; needs the extra 'cross'.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Build FMUs for FMI 2.0 co-simulation tools."""
+    """Build FMUs; without names dynamics and surrogate.
+
+    Those two are FMI 2.0 co-simulation and need a Python in the importing tool. The native ones need none, and do
+    model exchange too.
+    """
     from study.fmus import MODELS, build_fmu
 
     names = names or list(MODELS)
     if model is not None and "surrogate" not in names:
         raise InputError(f"--model {model} is for the surrogate FMU, which is not built; leave it out.")
-    paths = [str(build_fmu(name, output, model)) for name in names]
+    paths = [str(build_fmu(name, output, model, all_platforms)) for name in names]
     show({"fmus": paths}, as_json, "Built")
 
 
