@@ -23,6 +23,7 @@ def plot_jams(boundaries: Mapping[float, Boundary], altitude_ft: float, gamma_de
     axes = figure.subplots()
     for deflection, boundary in boundaries.items():
         if not len(boundary.tas_kt):
+            axes.plot([], [], " ", label=rf"{deflection:g}$\degree$: none left")
             continue
         turn_rate = [*boundary.turn_rate_min_deg_s, *boundary.turn_rate_max_deg_s[::-1]]
         speed = [*boundary.tas_kt, *boundary.tas_kt[::-1]]
