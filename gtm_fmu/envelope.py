@@ -14,7 +14,7 @@ import numpy as np
 
 from gtm_fmu import manoeuvre
 from gtm_fmu.core import solver
-from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.failures import ControlLimits, Failure, Range
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, PSI_DOT, RUDDER, THROTTLE, Trim, V
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
@@ -35,12 +35,12 @@ class Envelope:
     Attributes:
         feasible: such manoeuvres exist. If not, speeds are None and the trims exceed the limits least.
         t_min_pct: least throttle of a steady manoeuvre that keeps every other limit; an envelope exists when it is
-            no more than the throttle's upper limit. None if even that does not exist.
+            no more than the throttle's upper limit. None if even that does not exist, or if each engine has a throttle.
     """
 
     altitude_ft: float
     gamma_deg: float
-    limits: ControlLimits
+    failure: Failure
     feasible: bool
     v_min_kt: float | None
     v_max_kt: float | None
@@ -48,10 +48,17 @@ class Envelope:
     at_v_min: Trim | None
     at_v_max: Trim | None
 
+    @property
+    def limits(self) -> ControlLimits:
+        """Of the controls."""
+        return self.failure.limits
+
     def to_dict(self) -> dict[str, Any]:
         """All values, ready for JSON."""
         values = {name: getattr(self, name) for name in ("feasible", "v_min_kt", "v_max_kt", "t_min_pct")}
         values |= {"altitude_ft": self.altitude_ft, "gamma_deg": self.gamma_deg, "limits": asdict(self.limits)}
+        if self.failure != Failure(self.limits):
+            values["failure"] = asdict(self.failure)
         ends = {name: getattr(self, name) for name in ("at_v_min", "at_v_max")}
         return values | {name: trim and trim.to_dict() for name, trim in ends.items()}
 
@@ -81,14 +88,19 @@ class FlightCondition:
         self,
         altitude_ft: float,
         gamma_deg: float,
-        limits: ControlLimits | None = None,
+        limits: ControlLimits | Failure | None = None,
         alpha_deg: Range = ALPHA_DEG,
         phi_deg: Range = PHI_DEG,
     ):
         self.altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
         self.gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
-        self.limits = limits or ControlLimits()
-        self._lower, self._upper = manoeuvre.bounds(self.limits, alpha_deg, phi_deg)
+        self.failure = Failure.of(limits)
+        self._lower, self._upper = manoeuvre.bounds(self.failure, alpha_deg, phi_deg)
+
+    @property
+    def limits(self) -> ControlLimits:
+        """Of the controls."""
+        return self.failure.limits
 
     def envelope(self, rudder_deg: Range | None = None) -> Envelope:
         """V_min and V_max with the rudder inside ``rudder_deg`` (default: the limits of this condition)."""
@@ -98,7 +110,7 @@ class FlightCondition:
         return Envelope(
             altitude_ft=self.altitude_ft,
             gamma_deg=self.gamma_deg,
-            limits=limits,
+            failure=replace(self.failure, limits=limits),
             feasible=feasible,
             v_min_kt=float(low.y[V] * KT_PER_FT_S) if feasible else None,
             v_max_kt=float(high.y[V] * KT_PER_FT_S) if feasible else None,
@@ -108,7 +120,12 @@ class FlightCondition:
         )
 
     def least_throttle(self, rudder_deg: Range | None = None) -> float | None:
-        """t_min in %: the least throttle of a steady manoeuvre that keeps every other limit; None if none does."""
+        """t_min in %: the least throttle of a steady manoeuvre that keeps every other limit; None if none does.
+
+        None too where each engine has a throttle of its own.
+        """
+        if self._has_two_throttles:
+            return None
         found = self._extreme(self.limits.rudder_deg if rudder_deg is None else rudder_deg, _T_MIN)
         return float(found.y[THROTTLE]) if found.status == solver.TRIMMED else None
 
@@ -134,11 +151,15 @@ class FlightCondition:
             previous, y = speed, found
         return (*intervals, (start, fastest))
 
+    @property
+    def _has_two_throttles(self) -> bool:
+        return len(self._lower) == solver.FULL_NT
+
     def _trim_at(self, rudder_deg: Range, tas_kt: float, near: np.ndarray | None) -> np.ndarray | None:
         """Unknowns of a trim at one speed, sought from a near one first; None where there is none."""
         for starts in (None,) if near is None else (near[None], None):
             found = self._extreme(rudder_deg, _T_MIN, tas_kt, starts)
-            if found.status == solver.TRIMMED and found.y[THROTTLE] <= self._upper[THROTTLE] + _HELD:
+            if found.status == solver.TRIMMED and np.all(found.y[THROTTLE:] <= self._upper[THROTTLE:] + _HELD):
                 return found.y
         return None
 
@@ -214,7 +235,7 @@ class FlightCondition:
         lower, upper = self._bounds_with(limits.rudder_deg)
         hit = manoeuvre.limits_hit(found.y, lower, upper)
         inside = found.status == solver.TRIMMED
-        return Trim.of_unknowns(found.y, self.altitude_ft, self.gamma_deg, inside, hit)
+        return Trim.of_unknowns(found.y, self.altitude_ft, self.gamma_deg, inside, hit, self.failure.airframe)
 
     def _bounds_with(self, rudder_deg: Range) -> tuple[np.ndarray, np.ndarray]:
         lower, upper = self._lower.copy(), self._upper.copy()
@@ -229,18 +250,18 @@ class FlightCondition:
         objective = np.zeros(len(lower))
         unknown, sign = goal
         objective[unknown] = sign
-        if unknown == THROTTLE:
+        if unknown == THROTTLE and not self._has_two_throttles:
             upper[THROTTLE] = _THROTTLE_WITHOUT_LIMIT
         if tas_kt is not None:
             lower[V] = upper[V] = tas_kt * FT_S_PER_KT
-        at = self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective
-        return solver.envelope_end(*at) if starts is None else solver.extreme(*at, starts)
+        at, airframe = (self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective), self.failure.airframe
+        return solver.envelope_end(*at, airframe) if starts is None else solver.extreme(*at, starts, airframe)
 
 
 def envelope(
     altitude_ft: float,
     gamma_deg: float,
-    limits: ControlLimits | None = None,
+    limits: ControlLimits | Failure | None = None,
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
 ) -> Envelope:

@@ -14,7 +14,7 @@ from gtm_fmu import linearization, manoeuvre
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import ControlLimits
+from gtm_fmu.failures import ControlLimits, Failure
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
 
 WIDEST_TURN_RATE_DEG_S = 40.0
@@ -29,6 +29,10 @@ _TRIM_VARIABLES = {
     "rudder": (manoeuvre.RUDDER, 1.0, "deg"),
     "throttle": (manoeuvre.THROTTLE, 1.0, "%"),
 }
+_SEPARATE_THROTTLES = {
+    "throttle_left": (manoeuvre.THROTTLE, 1.0, "%"),
+    "throttle_right": (manoeuvre.THROTTLE + 1, 1.0, "%"),
+}
 
 
 class Assessment(NamedTuple):
@@ -38,13 +42,15 @@ class Assessment(NamedTuple):
     controllable: np.ndarray
 
 
-def assess(altitude_ft: float, gamma_deg: float, y, limits: ControlLimits) -> Assessment:
-    """Stability and controllability of trims y (n, 9) in the core's units, without the jammed controls as inputs."""
-    x, u = solver.trim_states(altitude_ft, gamma_deg * RAD_PER_DEG, y)
-    A, B = linearization.slopes(x, u)
-    moving = ~np.array(limits.jammed)
+def assess(altitude_ft: float, gamma_deg: float, y, limits: ControlLimits | Failure) -> Assessment:
+    """Stability and controllability of trims y (n, 9 or 10, core units), without the jammed controls as inputs."""
+    failure = Failure.of(limits)
+    x, u = solver.trim_states(altitude_ft, gamma_deg * RAD_PER_DEG, y, failure.airframe)
+    A, B = linearization.slopes(x, u, failure.airframe, failure.controls)
+    moving = ~np.array(failure.jammed)
+    scale = linearization.input_scale(failure.controls)[moving]
     eigenvalues = np.linalg.eigvals(A)
-    margin = linearization.controllability_margin(A, B[..., moving], eigenvalues, linearization.INPUT_SCALE[moving])
+    margin = linearization.controllability_margin(A, B[..., moving], eigenvalues, scale)
     return Assessment(linearization.is_stable(eigenvalues), margin >= linearization.PBH_THRESHOLD)
 
 
@@ -54,18 +60,23 @@ class EnvelopeGrid:
 
     Attributes:
         feasible, stable, controllable: (n, m); the last two are false where no trim exists.
-        y: trim unknowns (n, m, 9) in the core's units, NaN where no trim exists.
+        y: trim unknowns (n, m, 9 or 10) in the core's units, NaN where no trim exists.
     """
 
     altitude_ft: float
     gamma_deg: float
-    limits: ControlLimits
+    failure: Failure
     tas_kt: np.ndarray
     turn_rate_deg_s: np.ndarray
     feasible: np.ndarray
     stable: np.ndarray
     controllable: np.ndarray
     y: np.ndarray
+
+    @property
+    def limits(self) -> ControlLimits:
+        """Of the controls."""
+        return self.failure.limits
 
     @property
     def accepted(self) -> np.ndarray:
@@ -77,7 +88,11 @@ class EnvelopeGrid:
         dims = ("tas", "turn_rate")
         names = ("feasible", "stable", "controllable", "accepted")
         variables: dict[str, tuple] = {name: (dims, getattr(self, name)) for name in names}
-        for name, (column, factor, unit) in _TRIM_VARIABLES.items():
+        columns = dict(_TRIM_VARIABLES)
+        if self.y.shape[-1] == solver.FULL_NT:
+            del columns["throttle"]
+            columns |= _SEPARATE_THROTTLES
+        for name, (column, factor, unit) in columns.items():
             variables[name] = (dims, self.y[..., column] * factor, {"units": unit})
         coords = {
             "tas": ("tas", self.tas_kt, {"units": "kt"}),
@@ -107,16 +122,17 @@ def envelope_grid(
     turn_rate_deg_s = turn_rate_step_deg_s * np.arange(-half, half + 1)
     lower, upper = condition.bounds
     at = condition.altitude_ft, condition.gamma_deg * RAD_PER_DEG
-    found = solver.grid(*at, lower, upper, tas_kt * FT_S_PER_KT, turn_rate_deg_s * RAD_PER_DEG, seeds)
+    of_failure = seeds, condition.failure.airframe
+    found = solver.grid(*at, lower, upper, tas_kt * FT_S_PER_KT, turn_rate_deg_s * RAD_PER_DEG, *of_failure)
     stable, controllable = np.zeros_like(found.feasible), np.zeros_like(found.feasible)
     if found.feasible.any():
         trims = found.y[found.feasible]
-        assessment = assess(condition.altitude_ft, condition.gamma_deg, trims, condition.limits)
+        assessment = assess(condition.altitude_ft, condition.gamma_deg, trims, condition.failure)
         stable[found.feasible], controllable[found.feasible] = assessment
     return EnvelopeGrid(
         condition.altitude_ft,
         condition.gamma_deg,
-        condition.limits,
+        condition.failure,
         tas_kt,
         turn_rate_deg_s,
         found.feasible,

@@ -16,8 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES
+from gtm_fmu.core import configuration as configured
 from gtm_fmu.core import motion
-from gtm_fmu.failures import ControlLimits
+from gtm_fmu.core.configuration import Configuration
+from gtm_fmu.failures import ControlLimits, Failure
 from gtm_fmu.manoeuvre import Trim
 
 STATE_SCALE = np.array([10.0, 10.0, 10.0, 0.2, 0.2, 0.2, 0.2, 0.2])  # ft/s, rad/s, rad
@@ -26,7 +28,6 @@ PBH_THRESHOLD = 1e-3
 LONGITUDINAL = ("u", "w", "q", "theta")
 
 _ROWS = np.array([STATES.index(name) for name in LINEAR_STATES])
-_COLUMNS = np.append(_ROWS, len(STATES) + np.arange(len(CONTROLS)))
 
 
 class Mode(NamedTuple):
@@ -60,7 +61,7 @@ class LinearModel:
     def of_matrices(cls, A, B, inputs: tuple[str, ...]) -> "LinearModel":
         """The model of A (8, 8) and B (8, m) with the named inputs."""
         eigenvalues = np.linalg.eigvals(A)
-        margin = float(controllability_margin(A, B, eigenvalues, _input_scale(inputs)))
+        margin = float(controllability_margin(A, B, eigenvalues, input_scale(inputs)))
         kalman = np.hstack([np.linalg.matrix_power(A, k) @ B for k in range(len(A))])
         return cls(
             states=LINEAR_STATES,
@@ -107,23 +108,37 @@ class LinearModel:
         }
 
 
-def linearize(trim: Trim, limits: ControlLimits | None = None) -> LinearModel:
-    """Exact linear model at a trim; controls that ``limits`` jam are no inputs."""
-    A, B = slopes(*trim.state_and_controls)
-    return _without_jammed(A, B, limits)
+def linearize(trim: Trim, limits: ControlLimits | Failure | None = None) -> LinearModel:
+    """Exact linear model at a trim; controls that ``limits`` jam, or that nothing follows, are no inputs.
+
+    Give the limits or the failure that the trim was found with.
+    """
+    failure = Failure.of(limits)
+    return _without_jammed(*slopes(*trim.state_and_controls, trim.configuration, failure.controls), failure)
 
 
 def linearize_fmu(airframe, trim: Trim, limits: ControlLimits | None = None, **step: float) -> LinearModel:
     """The paper's linear model: first-order differences (eqs 33-34) over an `evaluation.FmuAirframe`."""
     _, differences = airframe.differences(*trim.state_and_controls, **step)
     A, B = np.hsplit(differences[_ROWS], [len(_ROWS)])
-    return _without_jammed(A, B, limits)
+    return _without_jammed(A, B, Failure.of(limits))
 
 
-def slopes(x, u) -> tuple[np.ndarray, np.ndarray]:
-    """Exact A (.., 8, 8) and B (.., 8, 4) at states x (.., 12) and controls u (.., 4)."""
-    jacobian = motion.jacobian(x, u)[1][..., _ROWS[:, None], _COLUMNS]
-    return jacobian[..., : len(_ROWS)], jacobian[..., len(_ROWS) :]
+def slopes(
+    x, u, configuration: Configuration | None = None, controls: tuple[str, ...] = CONTROLS
+) -> tuple[np.ndarray, np.ndarray]:
+    """Exact A (.., 8, 8) and B (.., 8, m) at states x (.., 12) and controls u (.., 4; with a configuration 5).
+
+    B has a column for each of ``controls``: `names.CONTROLS`, one throttle for both engines, or `names.FULL_CONTROLS`.
+    """
+    if configuration is None:
+        jacobian = motion.jacobian(x, u)[1]
+    else:
+        jacobian = configured.jacobian(x, u, configuration)[1]
+        if len(controls) == len(CONTROLS):
+            jacobian = np.concatenate([jacobian[..., :-2], jacobian[..., -2:].sum(axis=-1, keepdims=True)], axis=-1)
+    rows = jacobian[..., _ROWS, :]
+    return rows[..., _ROWS], rows[..., len(STATES) :]
 
 
 def is_stable(eigenvalues) -> np.ndarray:
@@ -150,11 +165,11 @@ def controllability_margin(A, B, eigenvalues, input_scale=INPUT_SCALE) -> np.nda
     return margin.min(axis=-1)
 
 
-def _input_scale(inputs: tuple[str, ...]) -> np.ndarray:
-    return INPUT_SCALE[[CONTROLS.index(name) for name in inputs]]
+def input_scale(inputs: tuple[str, ...]) -> np.ndarray:
+    """Scale of each of the named inputs; that of either engine's throttle is that of both."""
+    return INPUT_SCALE[[CONTROLS.index(name.removesuffix("_left").removesuffix("_right")) for name in inputs]]
 
 
-def _without_jammed(A, B, limits: ControlLimits | None) -> LinearModel:
-    jammed = (limits or ControlLimits()).jammed
-    kept = [k for k in range(len(CONTROLS)) if not jammed[k]]
-    return LinearModel.of_matrices(A, B[:, kept], tuple(CONTROLS[k] for k in kept))
+def _without_jammed(A, B, failure: Failure) -> LinearModel:
+    kept = [k for k, jammed in enumerate(failure.jammed) if not jammed]
+    return LinearModel.of_matrices(A, B[:, kept], tuple(failure.controls[k] for k in kept))

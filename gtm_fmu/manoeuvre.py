@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
-from gtm_fmu.airframe.names import TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import FULL_TRIM_UNKNOWNS, TRIM_UNKNOWNS
 from gtm_fmu.core import motion, solver
+from gtm_fmu.core.configuration import Configuration, trim_residual
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.failures import ControlLimits, Failure, Range
 from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
 
 ALPHA_DEG: Range = (-5.0, 10.5)
@@ -28,7 +29,7 @@ _HELD_TOLERANCE = 1e-6  # of an unknown's typical size: closer to a bound than t
 CONVERGED_RESIDUAL = 1e-9
 """Largest acceleration of a converged trim, ft/s^2 and rad/s^2 alike."""
 
-_UNIT = np.array([KT_PER_FT_S, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, 1, 1, 1, 1])
+_UNIT = np.array([KT_PER_FT_S, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD])
 V, ALPHA, BETA, PSI_DOT, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE = range(len(TRIM_UNKNOWNS))
 
 
@@ -83,26 +84,29 @@ def check_pair(name: str, pair, widest: Range) -> Range:
 
 
 def bounds(
-    limits: ControlLimits,
+    limits: ControlLimits | Failure,
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
     tas_kt: Range = TAS_KT,
     turn_rate_deg_s: Range = TURN_RATE_DEG_S,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper bounds (9 each) of the trim unknowns in the core's units; equal ends hold an unknown."""
+    """Lower and upper bounds (9 each) of the trim unknowns in the core's units; equal ends hold an unknown.
+
+    There are 10 each where a failure leaves both engines running with a throttle of their own.
+    """
     alpha_deg = check_pair("alpha in deg", alpha_deg, (-20.0, 20.0))
     phi_deg = check_pair("phi in deg", phi_deg, (-80.0, 80.0))
     tas_kt = check_pair("tas in kt", tas_kt, TAS_KT)
     turn_rate_deg_s = check_pair("turn rate in deg/s", turn_rate_deg_s, TURN_RATE_DEG_S)
     beta_deg = (-_WIDEST_BETA_DEG, _WIDEST_BETA_DEG)
-    angles = np.array([tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg]) / _UNIT[:5, None]
+    angles = np.array([tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg]) / _UNIT[:, None]
     return np.append(angles[:, 0], limits.lower), np.append(angles[:, 1], limits.upper)
 
 
 def limits_hit(y, lower, upper) -> tuple[str, ...]:
     """Bounds that a point holds or exceeds, as ``alpha.upper``; jammed and held unknowns are not named."""
-    names = []
-    for name, value, low, high, scale in zip(TRIM_UNKNOWNS, y, lower, upper, solver.scale(), strict=True):
+    names, unknowns = [], TRIM_UNKNOWNS if len(y) == len(TRIM_UNKNOWNS) else FULL_TRIM_UNKNOWNS
+    for name, value, low, high, scale in zip(unknowns, y, lower, upper, solver.scale(len(y)), strict=True):
         if low == high:
             continue
         if value <= low + _HELD_TOLERANCE * scale:
@@ -119,7 +123,10 @@ class Trim:
     Attributes:
         converged: the six accelerations are zero (``residual`` <= 1e-9 ft/s^2, rad/s^2).
         feasible: converged, and inside every limit.
+        throttle_pct: of the engines that run; None where they have a throttle each, ``throttle_left_pct`` and
+            ``throttle_right_pct``, which are None otherwise.
         limits_hit: limits that hold the trim, or that it exceeds when it is not feasible, as ``throttle.upper``.
+        configuration: of the airframe; None for the study's.
     """
 
     converged: bool
@@ -139,18 +146,30 @@ class Trim:
     elevator_deg: float
     aileron_deg: float
     rudder_deg: float
-    throttle_pct: float
+    throttle_pct: float | None
     limits_hit: tuple[str, ...]
     unknowns: np.ndarray = field(repr=False, compare=False)
+    throttle_left_pct: float | None = None
+    throttle_right_pct: float | None = None
+    configuration: Configuration | None = field(default=None, repr=False)
 
     @classmethod
-    def of_unknowns(cls, y, altitude_ft: float, gamma_deg: float, inside: bool, hit) -> "Trim":
-        """The trim of unknowns y (9, core units); ``inside`` tells whether they are inside every limit."""
-        x, u = solver.trim_states(altitude_ft, gamma_deg * RAD_PER_DEG, y)
-        residual = float(np.abs(motion.derivatives(x, u)[:6]).max())
-        tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg = (y * _UNIT)[:5].tolist()
+    def of_unknowns(
+        cls, y, altitude_ft: float, gamma_deg: float, inside: bool, hit, configuration: Configuration | None = None
+    ) -> "Trim":
+        """The trim of unknowns y (9 or 10, core units); ``inside`` tells whether they are inside every limit."""
+        gamma = gamma_deg * RAD_PER_DEG
+        x, u = solver.trim_states(altitude_ft, gamma, y, configuration)
+        if configuration is None:
+            F = motion.derivatives(x, u)[:6]
+        else:
+            F = trim_residual(solver.with_both_throttles(y), altitude_ft, gamma, configuration)
+        residual = float(np.abs(F).max())
+        tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg = (y[: len(_UNIT)] * _UNIT).tolist()
         p_deg_s, q_deg_s, r_deg_s = (x[3:6] * DEG_PER_RAD + 0.0).tolist()  # no -0
-        elevator_deg, aileron_deg, rudder_deg, throttle_pct = y[5:].tolist()
+        elevator_deg, aileron_deg, rudder_deg = y[ELEVATOR:THROTTLE].tolist()
+        throttles = y[THROTTLE:].tolist()
+        is_separate = len(throttles) > 1
         converged = residual <= CONVERGED_RESIDUAL
         return cls(
             converged=converged,
@@ -170,17 +189,24 @@ class Trim:
             elevator_deg=elevator_deg,
             aileron_deg=aileron_deg,
             rudder_deg=rudder_deg,
-            throttle_pct=throttle_pct,
+            throttle_pct=None if is_separate else throttles[0],
             limits_hit=tuple(hit),
             unknowns=np.array(y),
+            throttle_left_pct=throttles[0] if is_separate else None,
+            throttle_right_pct=throttles[1] if is_separate else None,
+            configuration=configuration,
         )
 
     @property
     def state_and_controls(self) -> tuple[np.ndarray, np.ndarray]:
-        """State x (12) and controls u (4) in the specification's units; latitude, longitude and psi are zero."""
-        return solver.trim_states(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, self.unknowns)
+        """State x (12) and controls u (4) in the specification's units; latitude, longitude and psi are zero.
+
+        With a configuration the controls are 5, a throttle for each engine.
+        """
+        return solver.trim_states(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, self.unknowns, self.configuration)
 
     def to_dict(self) -> dict[str, Any]:
         """All named values, ready for JSON."""
-        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "unknowns"}
+        names = [f.name for f in fields(self) if f.name not in ("unknowns", "configuration")]
+        values = {name: value for name in names if (value := getattr(self, name)) is not None}
         return values | {"limits_hit": list(self.limits_hit)}

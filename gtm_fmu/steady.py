@@ -9,7 +9,7 @@ import numpy as np
 from gtm_fmu import manoeuvre
 from gtm_fmu.core import solver
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import WIDEST, ControlLimits, Range
+from gtm_fmu.failures import WIDEST, ControlLimits, Failure, Range
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
 from gtm_fmu.units import FT_S_PER_KT, RAD_PER_DEG
 
@@ -19,11 +19,13 @@ def trim(
     tas_kt: float,
     gamma_deg: float = 0.0,
     turn_rate_deg_s: float = 0.0,
-    limits: ControlLimits | None = None,
+    limits: ControlLimits | Failure | None = None,
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
 ) -> Trim:
     """The trim with the least sideslip inside the limits, or the nearest to one.
+
+    Of separate throttles, where several trims have no sideslip, the ones closest together are taken.
 
     Raises:
         InputError: altitude, speed, flight path or bounds outside what is allowed.
@@ -31,11 +33,12 @@ def trim(
     altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
     gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
     held = (tas_kt, tas_kt), (turn_rate_deg_s, turn_rate_deg_s)
-    lower, upper = manoeuvre.bounds(limits or ControlLimits(), alpha_deg, phi_deg, *held)
-    found = solver.trims([altitude_ft], [gamma_deg * RAD_PER_DEG], lower[None], upper[None])
+    failure = Failure.of(limits)
+    lower, upper = manoeuvre.bounds(failure, alpha_deg, phi_deg, *held)
+    found = solver.trims([altitude_ft], [gamma_deg * RAD_PER_DEG], lower[None], upper[None], failure.airframe)
     y, status = found.y[0], found.status[0]
     hit = manoeuvre.limits_hit(y, lower, upper)
-    return Trim.of_unknowns(y, altitude_ft, gamma_deg, status == solver.TRIMMED, hit)
+    return Trim.of_unknowns(y, altitude_ft, gamma_deg, status == solver.TRIMMED, hit, failure.airframe)
 
 
 def trims(
@@ -43,7 +46,7 @@ def trims(
     tas_kt,
     gamma_deg,
     turn_rate_deg_s,
-    limits: ControlLimits | None = None,
+    limits: ControlLimits | Failure | None = None,
     rudder_deg=None,
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
@@ -55,12 +58,13 @@ def trims(
         rudder_deg: None, or (.., 2) lower and upper rudder limits of each condition instead of those of ``limits``.
 
     Returns:
-        Unknowns (n, 9) in the core's units, residual, violation and status of each condition (see `core.solver`).
+        Unknowns (n, 9 or 10) in the core's units, residual, violation and status of each condition (see `core.solver`).
 
     Raises:
         InputError: a condition or bound outside what is allowed.
     """
-    lower, upper = manoeuvre.bounds(limits or ControlLimits(), alpha_deg, phi_deg)
+    failure = Failure.of(limits)
+    lower, upper = manoeuvre.bounds(failure, alpha_deg, phi_deg)
     conditions = [
         manoeuvre.check_values("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT),
         manoeuvre.check_values("tas in kt", tas_kt, manoeuvre.TAS_KT),
@@ -79,4 +83,4 @@ def trims(
     lower[:, manoeuvre.PSI_DOT] = upper[:, manoeuvre.PSI_DOT] = columns[3] * RAD_PER_DEG
     if rudder_deg is not None:
         lower[:, manoeuvre.RUDDER], upper[:, manoeuvre.RUDDER] = columns[4], columns[5]
-    return solver.trims(columns[0], columns[2] * RAD_PER_DEG, lower, upper)
+    return solver.trims(columns[0], columns[2] * RAD_PER_DEG, lower, upper, failure.airframe)
