@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gtm_fmu import manoeuvre
 from gtm_fmu.airframe.tables import DATA_FILE
-from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import ControlLimits
 from study import published
 from study.emulator import INPUTS, SPEEDS, THROTTLE, RudderEmulator, train
 from surrogate import Schedule, Variable, split_samples
@@ -36,15 +33,7 @@ def lattice() -> np.ndarray:
 @pytest.fixture(scope="module")
 def least_throttle(lattice) -> np.ndarray:
     """Exact t_min (1232) in % of the lattice."""
-    found = []
-    for altitude_ft, gamma_deg, *rudder_deg in lattice:
-        lower, upper = manoeuvre.bounds(ControlLimits(rudder_deg=rudder_deg))
-        upper[manoeuvre.THROTTLE] = 400.0
-        objective = np.eye(len(lower))[manoeuvre.THROTTLE]
-        end = solver.envelope_end(altitude_ft, np.radians(gamma_deg), lower, upper, objective)
-        assert end.status == solver.TRIMMED
-        found.append(end.y[manoeuvre.THROTTLE])
-    return np.array(found)
+    return np.array([FlightCondition(h, gamma).least_throttle(tuple(rudder)) for h, gamma, *rudder in lattice])
 
 
 def exact_speeds(case) -> list[float | None]:
