@@ -16,6 +16,7 @@ import numpy as np
 from dask.system import CPU_COUNT
 from distributed import CancelledError, Client, KilledWorker, LocalCluster, as_completed
 from distributed.comm import CommClosedError, get_address_host_port
+from distributed.utils import silence_logging_cmgr
 
 from gtm_fmu import manoeuvre, results
 from gtm_fmu.cases import CaseTable
@@ -27,6 +28,7 @@ PIECE = 32
 """Cases a task: seconds at most, so that the last ones end together."""
 WORKER_MEMORY = "500MB"
 """A worker that takes more is started anew."""
+_LOST = (CancelledError, CommClosedError, TimeoutError)
 _PIECES_A_THREAD = 2
 _RETRIES = 3
 _CONNECTION_S, _WORKER_S = 10, 60
@@ -69,8 +71,11 @@ def compute(
         store = CaseStore(path, table, options, chunk)
         chunks = store.unfinished()
         if chunks:
-            with _client(workers, scheduler) as client:
-                _fill(store, chunks, client, options, progress)
+            with silence_logging_cmgr(logging.CRITICAL), _client(workers, scheduler) as client:
+                try:
+                    _fill(store, chunks, client, options, progress)
+                except _LOST as error:
+                    raise _unfinished("The scheduler was lost") from error
     return sum(map(len, chunks))
 
 
@@ -98,7 +103,7 @@ def _local_cluster(workers: int) -> LocalCluster:
         n_workers=workers,
         threads_per_worker=1,
         memory_limit=WORKER_MEMORY,
-        dashboard_address=None,
+        dashboard_address=":0",
         silence_logs=logging.CRITICAL,
     )
 
@@ -139,14 +144,16 @@ def _pieces(chunk: range) -> list[range]:
 
 
 def _result(future, piece: range) -> dict[str, np.ndarray]:
+    at = f"at cases {piece.start} to {piece.stop - 1}"
     try:
         return future.result()
-    except InputError:
+    except (InputError, *_LOST):
         raise
-    except (CancelledError, CommClosedError):
-        reason = "The scheduler was lost"
     except KilledWorker:
-        reason = f"Workers died again and again at cases {piece.start} to {piece.stop - 1}"
+        raise _unfinished(f"Workers died again and again {at}") from None
     except Exception as error:
-        reason = f"A worker failed at cases {piece.start} to {piece.stop - 1} ({type(error).__name__}: {error})"
-    raise InputError(f"{reason}; finished chunks are kept, and the same command continues.")
+        raise _unfinished(f"A worker failed {at} ({type(error).__name__}: {error})") from None
+
+
+def _unfinished(reason: str) -> InputError:
+    return InputError(f"{reason}; finished chunks are kept, and the same command continues.")

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pandas as pd
@@ -82,5 +83,6 @@ def export(store: str | Path, path: str | Path) -> Path:
             f"Cannot write {path} ({error.strerror or error}); choose a folder you may write to."
         ) from None
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()
     return path

@@ -14,7 +14,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
-from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -133,17 +132,17 @@ class CaseStore:
 
     def _open(self) -> dict[str, zarr.Array]:
         try:
-            group = zarr.open_group(self.path, mode="r+")
+            group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
             stored, arrays = dict(group.attrs), {name: group[name] for name in _schema()}
         except Exception as error:
             raise _unreadable(self.path, error) from None
         for name, value in self._identity.items():
             if stored.get(name) != value:
                 kind = "by another version" if name.endswith(("_version", "_sha256")) else "with other options"
-                was, now = (shorten(str(entry), 60) for entry in (stored.get(name), value))
+                change = f"{name}: {stored.get(name)!s:.60}, now {value!s:.60}"
                 raise InputError(
-                    f"{self.path} was made {kind} ({name}: {was}, now {now}) and was left as it is; choose another "
-                    "folder, or remove that one."
+                    f"{self.path} was made {kind} ({change}) and was left as it is; choose another folder, or remove "
+                    "that one."
                 )
         for leftover in self.path.glob("*/c/*.partial"):  # of a writer that was stopped
             leftover.unlink()
@@ -212,14 +211,14 @@ def slices(path: str | Path, names: Sequence[str] | None = None) -> Iterator[xr.
         InputError: there is none, or a chunk is damaged.
     """
     data = open_cases(path)
-    step = int(data.attrs["chunk"])
-    for start in range(0, data.sizes["case"], step):
+    step, cases = int(data.attrs["chunk"]), data.sizes["case"]
+    for start in range(0, cases, step):
         chunk = data.isel(case=slice(start, start + step))
         try:
             loaded = (chunk if names is None else chunk[list(names)]).load()
         except Exception as error:
             raise InputError(
-                f"{path} is damaged at cases {start} to {start + step} ({error}); remove the files {start // step} of "
-                f"its folders finished/c and give the command that made it again."
+                f"{path} is damaged at cases {start} to {min(start + step, cases) - 1} ({error}); remove the file "
+                f"finished/c/{start // step} from it and give the command that made it again."
             ) from None
         yield loaded

@@ -1,0 +1,215 @@
+"""Tables of cases: lattices against itertools, samples against SciPy's and NumPy's own and against closed forms."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.stats import qmc
+
+from gtm_fmu import axes
+from gtm_fmu.axes import INPUTS, failure_levels, levels, limit_levels, limits_span, span
+from gtm_fmu.cases import CaseTable, Sampling
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import WIDEST
+
+RANDOM = [Sampling.RANDOM, Sampling.LATIN_HYPERCUBE, Sampling.SOBOL]
+NAMES = [column.name for column in INPUTS]
+CONDITIONS = (span("altitude", 0, 30000), span("gamma", -5, 5))
+
+
+def column(table: CaseTable, name: str) -> np.ndarray:
+    return table.rows(0, len(table))[:, NAMES.index(name)]
+
+
+def sampled(*varied, sampling=Sampling.SOBOL, cases=1000, seed=3) -> CaseTable:
+    return CaseTable.sampled([*CONDITIONS, *varied], sampling, cases, seed)
+
+
+class TestColumns:
+    def test_names_carry_the_unit(self):
+        labels = [column.label for column in INPUTS]
+        assert labels[:4] == ["altitude_ft", "gamma_deg", "elevator_lower_deg", "elevator_upper_deg"]
+        assert labels[-2:] == ["throttle_lower_pct", "throttle_upper_pct"]
+
+    def test_every_control_has_limits(self):
+        assert len(INPUTS) == 2 + 2 * len(WIDEST)
+
+
+class TestLattice:
+    def test_rows_are_the_product_with_the_last_axis_fastest(self):
+        altitudes, gammas, jams = (0.0, 5000.0, 20000.0), (-2.0, 3.0), [(-5.0, -5.0), (0.0, 10.0), (2.0, 2.0)]
+        table = CaseTable.lattice(
+            [limit_levels("rudder", jams), levels("gamma", gammas), levels("altitude", altitudes)]
+        )
+        expected = [
+            (h, gamma, -30, 30, -20, 20, lower, upper, 0, 100)
+            for h, gamma, (lower, upper) in product(altitudes, gammas, jams)
+        ]
+        np.testing.assert_array_equal(table.rows(0, len(table)), expected)
+
+    def test_failures_are_all_pairs_in_order(self):
+        """28 pairs of the paper's seven levels: 7 jams and 21 restrictions (Table 3)."""
+        pairs = failure_levels("rudder", [30, -30, 0, -20, -10, 10, 20]).values
+        assert len(set(pairs)) == 28
+        assert sum(lower == upper for lower, upper in pairs) == 7
+        assert all(lower <= upper for lower, upper in pairs)
+
+    def test_any_slice_of_a_lattice_too_large_for_memory(self):
+        positions = np.linspace(0, 30000, 1000)
+        jams = [(x, x) for x in np.linspace(-20, 20, 1000)]
+        failing = [limit_levels(control, jams) for control in ("elevator", "aileron", "rudder")]
+        table = CaseTable.lattice([levels("altitude", positions), levels("gamma", [0]), *failing])
+        assert len(table) == 10**12
+        last = table.rows(10**12 - 2, 10**12 + 5)
+        np.testing.assert_array_equal(last[:, NAMES.index("rudder_lower")], [jams[-2][0], 20])
+        np.testing.assert_array_equal(last[1], [30000, 0, 20, 20, 20, 20, 20, 20, 0, 100])
+
+
+class TestSamples:
+    @pytest.mark.parametrize("sampling", RANDOM)
+    def test_the_same_in_any_slices(self, sampling):
+        table = sampled(limits_span("rudder", -30, 30, 0.3), sampling=sampling, cases=1003)
+        again = sampled(limits_span("rudder", -30, 30, 0.3), sampling=sampling, cases=1003)
+        last_first = [again.rows(start, start + 17) for start in reversed(range(0, 1003, 17))]
+        np.testing.assert_array_equal(table.rows(0, 1003), np.concatenate(last_first[::-1]))
+        np.testing.assert_array_equal(table.rows(500, 520), again.rows(0, 1003)[500:520])
+
+    @pytest.mark.parametrize("sampling", RANDOM)
+    def test_another_seed_gives_other_cases(self, sampling):
+        one, other = (column(sampled(sampling=sampling, seed=seed), "altitude") for seed in (0, 1))
+        assert not np.isin(one, other).any()
+
+    def test_random_is_numpys_default_stream(self):
+        table = sampled(limits_span("elevator", -30, 30, 1.0), sampling=Sampling.RANDOM, cases=200, seed=7)
+        unit = np.random.default_rng(7).random((200, 4))
+        np.testing.assert_array_equal(column(table, "altitude"), 30000 * unit[:, 0])
+        np.testing.assert_array_equal(column(table, "elevator_upper"), -30 + unit[:, 3] * 60)
+
+    @pytest.mark.filterwarnings("ignore:The balance properties")
+    def test_sobol_is_scipys_sequence(self):
+        unit = qmc.Sobol(2, rng=3).random(777)
+        np.testing.assert_array_equal(column(sampled(cases=777), "gamma"), -5 + unit[:, 1] * 10)
+
+    def test_latin_hypercube_has_one_case_in_each_layer(self):
+        table = sampled(sampling=Sampling.LATIN_HYPERCUBE, cases=500)
+        for name, lower, width in (("altitude", 0, 30000), ("gamma", -5, 10)):
+            layer = np.floor((column(table, name) - lower) / width * 500)
+            np.testing.assert_array_equal(np.sort(layer), np.arange(500))
+
+    def test_levels_are_drawn_equally_often(self):
+        table = CaseTable.sampled([levels("altitude", [0, 100, 200, 300]), CONDITIONS[1]], Sampling.SOBOL, 1024)
+        values, count = np.unique(column(table, "altitude"), return_counts=True)
+        np.testing.assert_array_equal(values, [0, 100, 200, 300])
+        np.testing.assert_array_equal(count, 256)
+
+    def test_what_is_held_or_not_given(self):
+        table = sampled(limit_levels("rudder", [(-10, 20)]), limits_span("aileron", 5, 5))
+        expected = {"rudder_lower": -10, "rudder_upper": 20, "aileron_lower": 5, "aileron_upper": 5}
+        for name, value in (expected | {"elevator_lower": -30, "throttle_upper": 100}).items():
+            np.testing.assert_array_equal(column(table, name), value)
+
+
+class TestLimits:
+    """Pairs uniform over the triangle a <= lower <= upper <= b: closed forms on [-30, 30]."""
+
+    def limits(self, jam_share: float, sampling=Sampling.RANDOM, cases=20000) -> tuple[np.ndarray, np.ndarray]:
+        table = sampled(limits_span("rudder", -30, 30, jam_share), sampling=sampling, cases=cases)
+        return column(table, "rudder_lower"), column(table, "rudder_upper")
+
+    def test_density_is_uniform_on_the_triangle(self):
+        lower, upper = self.limits(0.0)
+        assert (lower <= upper).all()
+        assert (lower >= -30).all()
+        assert (upper <= 30).all()
+        # The marginals are 1 - (1 - a)^2 and b^2, the width has 1 - (1 - w)^2, and the covariance is 60^2 / 36.
+        for values, cdf in (
+            ((lower + 30) / 60, lambda a: 1 - (1 - a) ** 2),
+            ((upper + 30) / 60, lambda b: b**2),
+            ((upper - lower) / 60, lambda w: 1 - (1 - w) ** 2),
+        ):
+            assert stats.kstest(values, cdf).pvalue > 0.01
+        assert np.cov(lower, upper)[0, 1] == pytest.approx(100, rel=0.03)
+
+    @pytest.mark.parametrize("sampling", [Sampling.LATIN_HYPERCUBE, Sampling.SOBOL])
+    def test_share_of_jams(self, sampling):
+        lower, upper = self.limits(0.25, sampling, 4096)
+        assert (lower == upper).sum() == pytest.approx(1024, abs=1)
+        jams, rest = lower[lower == upper], lower[lower < upper]
+        assert stats.kstest((jams + 30) / 60, "uniform").pvalue > 0.01
+        assert stats.kstest((rest + 30) / 60, lambda a: 1 - (1 - a) ** 2).pvalue > 0.01
+
+    def test_nothing_but_jams(self):
+        lower, upper = self.limits(1.0, cases=2000)
+        np.testing.assert_array_equal(lower, upper)
+        assert stats.kstest((lower + 30) / 60, "uniform").pvalue > 0.01
+
+    def test_upper_bound_is_kept_in_rounding(self):
+        axis = limits_span("throttle", 0.1, 0.3)
+        assert axis.at(np.array([[np.nextafter(1, 0), np.nextafter(1, 0)]])).max() <= 0.3
+
+
+class TestDescription:
+    def test_equal_tables_have_equal_words_and_others_do_not(self):
+        def table(sampling=Sampling.SOBOL, cases=10, seed=0, top=20000, share=0.1, rudder=30):
+            varied = [span("altitude", 0, top), levels("gamma", [0, 1]), limits_span("rudder", -30, rudder, share)]
+            return CaseTable.sampled(varied, sampling, cases, seed)
+
+        made = table().describe()
+        assert made == table().describe()
+        changes = ({"sampling": Sampling.RANDOM}, {"cases": 11}, {"seed": 1}, {"top": 1}, {"share": 0.2}, {"rudder": 1})
+        for change in changes:
+            differs = table(**change).describe()
+            assert sum(made[name] != differs[name] for name in made) == 1
+
+    def test_words(self):
+        made = CaseTable.lattice([levels("altitude", [0]), levels("gamma", [-1, 1]), failure_levels("rudder", [1, 2])])
+        assert made.describe() == {
+            "sampling": "lattice",
+            "cases": 6,
+            "axis_altitude": "held at [0.0]",
+            "axis_gamma": "one of [-1.0, 1.0]",
+            "axis_elevator": "held at [[-30.0, 30.0]]",
+            "axis_aileron": "held at [[-20.0, 20.0]]",
+            "axis_rudder": "one of [[1.0, 1.0], [1.0, 2.0], [2.0, 2.0]]",
+            "axis_throttle": "held at [[0.0, 100.0]]",
+        }
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("make", "sentence"),
+        [
+            (lambda: span("altitude", 5, 1), "altitude in ft 5 1 are reversed; give the lower one first."),
+            (lambda: span("gamma", np.nan, 1), "gamma in deg nan is outside -45 .. 45"),
+            (lambda: span("altitude", 0, np.inf), "altitude in ft inf is outside 0 .. 36089"),
+            (lambda: levels("altitude", []), "The lattice is empty: no level of altitude"),
+            (lambda: levels("gamma", [0, "x"]), "gamma in deg 'x' is not a number"),
+            (lambda: failure_levels("rudder", []), "The lattice is empty: no level of rudder"),
+            (lambda: failure_levels("aileron", [0, 21]), "aileron in deg 21 is outside -20 .. 20"),
+            (lambda: limit_levels("rudder", [(0, 1), (2, 1)]), "rudder in deg 2 1 are reversed"),
+            (lambda: limits_span("throttle", 100, 0), "throttle in % 100 0 are reversed"),
+            (lambda: limits_span("rudder", -30, 30, 1.1), "Share of jams 1.1 is outside 0 .. 1"),
+            (lambda: limits_span("rudder", -30, 30, np.nan), "Share of jams nan is outside 0 .. 1"),
+            (lambda: sampled(cases=0), "0 cases were asked for; ask for at least one."),
+            (lambda: sampled(seed=-1), "The seed -1 is negative; give 0 or more."),
+            (lambda: sampled(CONDITIONS[0]), "altitude was given twice"),
+            (lambda: CaseTable.sampled([CONDITIONS[0]], Sampling.SOBOL, 5), "No gamma was given"),
+            (lambda: CaseTable.lattice(CONDITIONS), "altitude has no levels"),
+            (
+                lambda: CaseTable.sampled([levels("altitude", [0]), levels("gamma", [0])], Sampling.RANDOM, 5),
+                "Every input is held at one value",
+            ),
+            (lambda: sampled(sampling=Sampling.LATIN_HYPERCUBE, cases=10**7 + 1), "take up to 10000000, or sobol."),
+            (lambda: sampled(cases=2**30 + 1), "The Sobol sequence has 1073741824 points"),
+        ],
+    )
+    def test_one_sentence(self, make, sentence):
+        with pytest.raises(InputError) as refused:
+            make()
+        assert sentence in str(refused.value)
+        assert "\n" not in str(refused.value)
+
+    def test_widest_ranges_are_taken(self):
+        for control, (lower, upper) in zip(("elevator", "aileron", "rudder", "throttle"), WIDEST.values(), strict=True):
+            assert axes.limits_span(control, lower, upper).dimensions == 2

@@ -1,0 +1,386 @@
+"""The store of a data set: what it holds, what it refuses, what a stopped writer, a full disk or a scratch leaves."""
+
+import fcntl
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import warnings
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from gtm_fmu import export, results
+from gtm_fmu.axes import INPUTS, failure_levels, levels, limit_levels
+from gtm_fmu.cases import CaseTable
+from gtm_fmu.envelope import envelope
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import ControlLimits
+from gtm_fmu.store import CaseStore, chunk_size, open_cases, slices, writer_lock
+
+OPTIONS = {"alpha_deg": [-5.0, 10.5], "phi_deg": [-30.0, 30.0]}
+CHUNK = 4
+
+
+def jams(*deflections: float, altitude_ft: float = 20000.0) -> CaseTable:
+    return CaseTable.lattice(
+        [
+            levels("altitude", [altitude_ft]),
+            levels("gamma", [0.0]),
+            limit_levels("rudder", [(deflection, deflection) for deflection in deflections]),
+        ]
+    )
+
+
+TABLE = jams(0.0, 3.0, 10.0, 14.5, 22.0, 30.0)
+"""Six cases, two chunks; the last has no envelope."""
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, np.ndarray]:
+    return results.evaluate(TABLE.rows(0, 6))
+
+
+def fill(path: Path, found: dict[str, np.ndarray], *chunks: range) -> Path:
+    store = CaseStore(path, TABLE, OPTIONS, CHUNK)
+    for cases in chunks or store.unfinished():
+        store.write(cases, {name: values[cases.start : cases.stop] for name, values in found.items()})
+    return path
+
+
+@pytest.fixture
+def path(tmp_path, found) -> Path:
+    return fill(tmp_path / "jams.zarr", found)
+
+
+def files(path: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(path)): file.read_bytes() for file in path.rglob("*") if file.is_file()}
+
+
+class TestResults:
+    def test_columns_are_the_envelopes(self, found):
+        assert found["feasible"].tolist() == [True] * 5 + [False]
+        for k in range(6):
+            deflection = TABLE.rows(k, k + 1)[0, 6]
+            exact = envelope(20000.0, 0.0, ControlLimits(rudder_deg=(deflection, deflection)))
+            assert found["t_min"][k] == exact.t_min_pct
+            if not exact.feasible:
+                continue
+            assert (found["v_min"][k], found["v_max"][k]) == (exact.v_min_kt, exact.v_max_kt)
+            for end, trim in (("v_min", exact.at_v_min), ("v_max", exact.at_v_max)):
+                assert found[f"phi_at_{end}"][k] == trim.phi_deg
+                assert found[f"throttle_at_{end}"][k] == trim.throttle_pct
+                assert found[f"turn_rate_at_{end}"][k] == trim.turn_rate_deg_s
+                assert results.limit_names(int(found[f"limits_at_{end}"][k])) == trim.limits_hit
+
+    def test_without_envelope(self, found):
+        assert found["t_min"][5] > 100
+        assert np.isnan([found[name][5] for name in ("v_min", "v_max", "beta_at_v_min", "rudder_at_v_max")]).all()
+        assert found["limits_at_v_min"][5] == found["limits_at_v_max"][5] == 0
+
+    def test_every_control_counts(self):
+        case = [10000.0, 0.0, -2.0, 2.0, -3.0, 20.0, -5.0, 5.0, 20.0, 90.0]
+        exact = envelope(10000.0, 0.0, ControlLimits((-2, 2), (-3, 20), (-5, 5), (20, 90)))
+        columns = results.evaluate(np.array([case]))
+        assert (columns["v_min"][0], columns["v_max"][0]) == (exact.v_min_kt, exact.v_max_kt)
+        assert exact.at_v_max.limits_hit != ()
+
+    def test_another_version_asks(self):
+        other = {**results.provenance(), "gtm_fmu_version": "9.9"}
+        with pytest.raises(InputError, match=r"differ from those of 9\.9 here; install the same on every worker"):
+            results.evaluate(TABLE.rows(0, 1), asked_by=other)
+
+
+class TestContents:
+    def test_xarray_opens_it_without_a_word(self, path, found):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            data = xr.open_zarr(path).load()
+        assert data.sizes == {"case": 6}
+        assert set(data.coords) == {column.name for column in INPUTS}
+        for name, values in found.items():
+            np.testing.assert_array_equal(data[name], values)
+        np.testing.assert_array_equal(data.rudder_lower, [0, 3, 10, 14.5, 22, 30])
+        assert data.finished.all()
+
+    def test_units_and_legend(self, path):
+        data = open_cases(path)
+        assert {name: data[name].units for name in ("altitude", "throttle_upper", "v_min", "turn_rate_at_v_max")} == {
+            "altitude": "ft",
+            "throttle_upper": "%",
+            "v_min": "kt",
+            "turn_rate_at_v_max": "deg/s",
+        }
+        legend = data.limits_at_v_max.attrs
+        meaning = dict(zip(legend["flag_meanings"].split(), legend["flag_masks"], strict=True))
+        assert (data.limits_at_v_max[:5] & meaning["throttle.upper"]).astype(bool).all()  # SPEC 9: V_max has 100 %
+
+    def test_provenance(self, path):
+        made = open_cases(path).attrs
+        assert made["sampling"] == "lattice"
+        assert made["cases"] == 6
+        assert made["alpha_deg"] == [-5.0, 10.5]
+        assert made["axis_altitude"] == "held at [20000.0]"
+        assert {"gtm_fmu_version", "aerodynamic_data_sha256", "core_sha256", "numpy_version"} <= set(made)
+
+    def test_unfinished(self, tmp_path, found):
+        path = fill(tmp_path / "half.zarr", found, range(0, 4))
+        data = open_cases(path).load()
+        assert data.finished.values.tolist() == [True] * 4 + [False] * 2
+        assert np.isnan(data.v_min[4:]).all()
+        assert CaseStore(path, TABLE, OPTIONS, CHUNK).unfinished() == [range(4, 6)]
+
+    def test_same_bytes_in_any_order(self, path, tmp_path, found):
+        other = fill(tmp_path / "other.zarr", found, range(4, 6), range(0, 4))
+        assert files(other) == files(path)
+
+    def test_chunk_size(self):
+        assert [chunk_size(n) for n in (1, 1232, 20000, 10**6)] == [64, 64, 512, 1024]
+
+
+class TestDamage:
+    def test_removed_file_is_computed_again(self, path, found):
+        before = files(path)
+        (path / "beta_at_v_min" / "c" / "1").unlink()
+        assert CaseStore(path, TABLE, OPTIONS, CHUNK).unfinished() == [range(4, 6)]
+        fill(path, found)
+        assert files(path) == before
+
+    @pytest.mark.parametrize("scratch", [lambda raw: raw[:-3], lambda raw: raw[:9] + bytes([raw[9] ^ 1]) + raw[10:]])
+    def test_scratched_chunk(self, path, scratch):
+        file = path / "v_max" / "c" / "1"
+        file.write_bytes(scratch(file.read_bytes()))
+        with pytest.raises(InputError, match=r"damaged at cases 4 to 5 .*remove the file finished/c/1 from it"):
+            list(slices(path))
+        assert len(list(slices(path, ["v_min"]))) == 2
+
+    def test_left_part_of_a_stopped_writer(self, path, found):
+        before = files(path)
+        (path / "v_max" / "c" / "1.0123.partial").write_bytes(b"half")
+        fill(path, found)
+        assert files(path) == before
+
+    @pytest.mark.parametrize("metadata", ["zarr.json", "phi_at_v_max/zarr.json", "finished/zarr.json"])
+    def test_damaged_metadata(self, path, metadata):
+        (path / metadata).write_text("{")
+        kept = files(path)
+        with pytest.raises(InputError, match="is no readable data set"):
+            CaseStore(path, TABLE, OPTIONS, CHUNK)
+        with pytest.raises(InputError, match="is no readable data set"):
+            list(slices(path))
+        assert files(path) == kept
+
+    def test_missing_variable(self, path):
+        shutil.rmtree(path / "v_min")
+        with pytest.raises(InputError, match="is no readable data set"):
+            CaseStore(path, TABLE, OPTIONS, CHUNK)
+
+    def test_no_store_at_all(self, tmp_path):
+        (tmp_path / "letters").mkdir()
+        (tmp_path / "letters" / "a.txt").write_text("Dear")
+        for name in ("letters", "letters/a.txt"):
+            with pytest.raises(InputError, match="is no readable data set"):
+                CaseStore(tmp_path / name, TABLE, OPTIONS)
+        assert [file.read_text() for file in tmp_path.rglob("*.txt")] == ["Dear"]
+        with pytest.raises(InputError, match="is no readable data set"):
+            open_cases(tmp_path / "nothing")
+
+    def test_an_empty_folder_may_become_one(self, tmp_path, found):
+        (tmp_path / "new").mkdir()
+        assert open_cases(fill(tmp_path / "new", found)).finished.all()
+
+
+class TestRefusal:
+    @pytest.mark.parametrize(
+        ("table", "options", "chunk", "reason"),
+        [
+            (jams(0.0, 3.0), OPTIONS, CHUNK, r"with other options \(cases: 6, now 2\)"),
+            (jams(0.0, 3.0, 10.0, 14.5, 22.0, 29.0), OPTIONS, CHUNK, r"with other options \(axis_rudder"),
+            (TABLE, OPTIONS | {"phi_deg": [-30.0, 20.0]}, CHUNK, r"\(phi_deg: \[-30.0, 30.0\], now \[-30.0, 20.0\]\)"),
+            (TABLE, OPTIONS, 3, r"\(chunk: 4, now 3\)"),
+        ],
+    )
+    def test_other_options(self, path, table, options, chunk, reason):
+        kept = files(path)
+        with pytest.raises(InputError, match=reason):
+            CaseStore(path, table, options, chunk)
+        assert files(path) == kept
+
+    @pytest.mark.parametrize("name", ["gtm_fmu_version", "aerodynamic_data_sha256", "core_sha256", "scipy_version"])
+    def test_another_version(self, path, name):
+        metadata = json.loads((path / "zarr.json").read_text())
+        metadata["attributes"][name] = "0.0.1"
+        (path / "zarr.json").write_text(json.dumps(metadata))
+        kept = files(path)
+        with pytest.raises(InputError, match=rf"was made by another version \({name}: 0\.0\.1, now .* left as it is"):
+            CaseStore(path, TABLE, OPTIONS, CHUNK)
+        assert files(path) == kept
+
+    def test_unwritable_folder(self, tmp_path):
+        (tmp_path / "file").touch()
+        with pytest.raises(InputError, match="choose a folder you may write to"), writer_lock(tmp_path / "file" / "a"):
+            pass
+
+
+HOLD = """
+import sys, time
+from pathlib import Path
+from gtm_fmu.store import writer_lock
+with writer_lock(Path(sys.argv[1])):
+    print("held", flush=True)
+    time.sleep(60)
+"""
+
+
+class TestLock:
+    @pytest.fixture
+    def holder(self, tmp_path):
+        path = tmp_path / "a.zarr"
+        with subprocess.Popen([sys.executable, "-c", HOLD, path], stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout.readline() == "held\n"
+            yield process, path
+            process.kill()
+
+    def test_second_writer_is_refused(self, holder):
+        process, path = holder
+        sentence = rf"a\.zarr is being written by process {process.pid} on {socket.gethostname()}; wait"
+        for _ in range(2):
+            with pytest.raises(InputError, match=sentence), writer_lock(path):
+                pass
+
+    def test_lock_of_a_dead_process_is_taken_over(self, holder):
+        process, path = holder
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        lock = path.with_name(".a.zarr.lock")
+        assert str(process.pid) in lock.read_text()
+        with writer_lock(path):
+            assert f"process {os.getpid()} on" in lock.read_text()
+        assert not lock.exists()
+
+    def test_lock_that_vanishes_while_it_is_taken(self, tmp_path, monkeypatch):
+        """Its holder removes the file between the opening and the locking of it; the lock must be on the new one."""
+        path, flock, seen = tmp_path / "a.zarr", fcntl.flock, []
+
+        def remove_once(descriptor, operation):
+            if not seen:
+                path.with_name(".a.zarr.lock").unlink()
+            seen.append(descriptor)
+            flock(descriptor, operation)
+
+        monkeypatch.setattr(fcntl, "flock", remove_once)
+        with writer_lock(path):
+            assert len(seen) == 2
+            with pytest.raises(InputError, match=f"process {os.getpid()} on"), writer_lock(path):
+                pass
+
+
+def fill_up(folder: Path) -> None:
+    """Leave no byte free, in a file named ballast."""
+    with (folder / "ballast").open("wb", buffering=0) as ballast, suppress(OSError):
+        while ballast.write(bytes(1024)):
+            pass
+
+
+class TestFullDisk:
+    @pytest.fixture
+    def small_disk(self, tmp_path):
+        """A megabyte of memory as a disk."""
+        folder = tmp_path / "small"
+        folder.mkdir()
+        mounted = shutil.which("mount") and subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", folder], capture_output=True
+        )
+        if not mounted or mounted.returncode:
+            pytest.skip("a small disk cannot be mounted here (root only)")
+        yield folder
+        subprocess.run(["umount", folder], check=True)
+
+    def test_finished_chunks_are_kept(self, small_disk, tmp_path, found):
+        path = fill(small_disk / "a.zarr", found, range(0, 4))
+        fill_up(small_disk)
+        with pytest.raises(InputError, match=r"Cannot write .*\(No space left on device\); finished chunks are kept"):
+            fill(path, found)
+        assert not list(path.rglob("*.partial"))
+        assert open_cases(path).load().finished.values.tolist() == [True] * 4 + [False] * 2
+        (small_disk / "ballast").unlink()
+        fill(path, found)
+        assert files(path) == files(fill(tmp_path / "a.zarr", found))
+
+    def test_no_room_for_a_new_store(self, small_disk, found):
+        (small_disk / "ballast").write_bytes(bytes(900 * 1024))
+        path = small_disk / "a.zarr"
+        with pytest.raises(InputError, match="No space left on device"):
+            fill(path, found)
+        assert not path.exists()
+        (small_disk / "ballast").unlink()
+        assert open_cases(fill(path, found)).finished.all()
+
+
+class TestExport:
+    def test_csv_holds_every_digit(self, path, tmp_path, found):
+        table = pd.read_csv(export.export(path, tmp_path / "new" / "a.csv"), dtype=str, keep_default_na=False)
+        assert len(table) == 6
+        assert list(table)[:2] == ["altitude_ft", "gamma_deg"]
+        for name, label in (("v_min", "v_min_kt"), ("t_min", "t_min_pct"), ("phi_at_v_max", "phi_at_v_max_deg")):
+            assert [float(text or "nan") for text in table[label]] == pytest.approx(
+                found[name], rel=0, abs=0, nan_ok=True
+            )
+        assert table.rudder_upper_deg.tolist() == ["0.0", "3.0", "10.0", "14.5", "22.0", "30.0"]
+        assert table.feasible.tolist() == ["True"] * 5 + ["False"]
+        spelled = [" ".join(results.limit_names(int(bits))) for bits in found["limits_at_v_max"]]
+        assert table.limits_at_v_max.tolist() == spelled
+        assert "throttle.upper" in spelled[0]
+
+    def test_parquet_holds_every_digit(self, path, tmp_path, found):
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed (extra `parquet`)")
+        table = pd.read_parquet(export.export(path, tmp_path / "a.parquet"))
+        np.testing.assert_array_equal(table.v_max_kt, found["v_max"])
+        assert table.limits_at_v_min[5] == ""
+
+    def test_only_finished_cases(self, tmp_path, found):
+        path = fill(tmp_path / "half.zarr", found, range(4, 6))
+        table = pd.read_csv(export.export(path, tmp_path / "half.csv"))
+        assert table.rudder_lower_deg.tolist() == [22.0, 30.0]
+
+    def test_parquet_without_pyarrow(self, path, tmp_path, monkeypatch):
+        monkeypatch.setitem(sys.modules, "pyarrow", None)
+        with pytest.raises(InputError, match=r"Parquet needs pyarrow: `pip install 'gtm-fmu\[parquet\]'`"):
+            export.export(path, tmp_path / "a.parquet")
+
+    @pytest.mark.parametrize(
+        ("target", "sentence"), [("a.xls", "is neither .csv nor .parquet"), ("file/a.csv", "Cannot write")]
+    )
+    def test_bad_target(self, path, tmp_path, target, sentence):
+        (tmp_path / "file").touch()
+        with pytest.raises(InputError, match=sentence):
+            export.export(path, tmp_path / target)
+
+    def test_scratched_store_leaves_the_earlier_table(self, path, tmp_path):
+        target = export.export(path, tmp_path / "a.csv")
+        kept = target.read_bytes()
+        (path / "v_max" / "c" / "1").write_bytes(b"")
+        with pytest.raises(InputError, match="is damaged at cases 4 to 5"):
+            export.export(path, target)
+        assert target.read_bytes() == kept
+        assert sorted(file.name for file in tmp_path.iterdir()) == ["a.csv", "jams.zarr"]
+
+
+def test_paper_lattice_as_one_table():
+    """The same cases as the lattice in memory, in the same order."""
+    from gtm_fmu.dataset import lattice
+
+    kept = lattice((0.0, 20000.0), (3.0,), [(-10.0, -10.0), (-10.0, 0.0), (0.0, 0.0)])
+    table = CaseTable.lattice(
+        [levels("altitude", [0, 20000]), levels("gamma", [3]), failure_levels("rudder", [-10, 0])]
+    )
+    columns = results.evaluate(table.rows(0, len(table)))
+    for name in ("v_min", "v_max", "t_min"):
+        np.testing.assert_array_equal(kept[name].values.ravel(), columns[name])
