@@ -5,15 +5,17 @@
 
 #include "solver.h"
 
-enum { SPEEDS = 6, BANKS = 3, DEFLECTIONS = 3, NEAR_BANKS = 5, NEAR_DEFLECTIONS = 10 };
+enum { SPEEDS = 6, DESCENT_SPEEDS = 9, BANKS = 3, DEFLECTIONS = 3, NEAR_BANKS = 5, NEAR_DEFLECTIONS = 10 };
 static const double slowest = 105, fastest = 320; /* ft/s, of the starts */
+static const double steep = -0.095;               /* rad: below, idle thrust is too much at moderate speeds */
+static const double fastest_descent = 590;
 static const double nearer = 3;                   /* ft/s inside the best end */
 
 /* Cold trims at every combination of speeds, banks and deflections. */
 static long starts_at(const gtm_problem *p, int speeds, const double *speed, int banks, const double *bank,
                       int deflections, const double *deflection, double *starts)
 {
-    double held[3 * SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS];
+    double held[3 * DESCENT_SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS];
     long n = 0;
     for (int i = 0; i < speeds; i++)
         for (int j = 0; j < banks; j++)
@@ -43,10 +45,12 @@ static int better(int status, double value, double violation, int than_status, d
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
                  double *violation)
 {
-    double starts[SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS * GTM_FULL_NT];
-    double speed[SPEEDS], bank[NEAR_BANKS], deflection[NEAR_DEFLECTIONS];
+    double starts[DESCENT_SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS * GTM_FULL_NT];
+    double speed[DESCENT_SPEEDS], bank[NEAR_BANKS], deflection[NEAR_DEFLECTIONS];
     const double margin = 0.1 * (upper[PHI] - lower[PHI]);
-    const int speeds = spread(fmax(lower[V], slowest), fmin(upper[V], fastest), SPEEDS, speed);
+    const int descends = p->at.gamma < steep;
+    const double top = fmin(upper[V], descends ? fastest_descent : fastest);
+    const int speeds = spread(fmax(lower[V], slowest), top, descends ? DESCENT_SPEEDS : SPEEDS, speed);
     int banks = spread(lower[PHI] + margin, upper[PHI] - margin, BANKS, bank);
     int deflections = spread(lower[RUDDER], upper[RUDDER], DEFLECTIONS, deflection);
     long n = starts_at(p, speeds, speed, banks, bank, deflections, deflection, starts);
