@@ -58,7 +58,7 @@ class Envelope:
         values = {name: getattr(self, name) for name in ("feasible", "v_min_kt", "v_max_kt", "t_min_pct")}
         values |= {"altitude_ft": self.altitude_ft, "gamma_deg": self.gamma_deg, "limits": asdict(self.limits)}
         if self.failure != Failure(self.limits):
-            values["failure"] = asdict(self.failure)
+            values["failure"] = {name: value for name, value in asdict(self.failure).items() if name != "limits"}
         ends = {name: getattr(self, name) for name in ("at_v_min", "at_v_max")}
         return values | {name: trim and trim.to_dict() for name, trim in ends.items()}
 

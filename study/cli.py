@@ -3,7 +3,7 @@
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -32,6 +32,9 @@ Rudder = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Rudder limits
 Elevator = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Elevator limits in deg.")]
 Aileron = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Aileron limits in deg.")]
 Throttle = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Throttle limits in %.")]
+_CASES = "Lost: 1 rudder, 2 vertical tail, 3 flap, 4 wing tip, 5 elevator, 6 stabiliser (3 to 6: the left one); 0 none."
+DamageCase = Annotated[int, typer.Option(help=_CASES)]
+EngineOut = Annotated[Literal["left", "right"] | None, typer.Option(help="The engine that does not run.")]
 Alpha = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Bounds of the angle of attack in deg.")]
 Phi = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Bounds of the bank angle in deg.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -69,10 +72,12 @@ def _plain(value: Any) -> str:
     return str(value)
 
 
-def _control_limits(elevator_deg: Pair, aileron_deg: Pair, rudder_deg: Pair, throttle_pct: Pair):
-    from gtm_fmu.failures import ControlLimits
+def _failure(damage_case: int, engine_out: str | None, *control_limits: Pair):
+    from gtm_fmu.core.configuration import Configuration
+    from gtm_fmu.failures import ControlLimits, Failure
 
-    return ControlLimits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    running = engine_out != "left", engine_out != "right"
+    return Failure(ControlLimits(*control_limits), Configuration(damage_case=damage_case, engine_running=running))
 
 
 def _solve(fmu: Path | None, **question):
@@ -81,6 +86,8 @@ def _solve(fmu: Path | None, **question):
         from gtm_fmu import steady
 
         return steady.trim(**question)
+    if question["limits"].airframe is not None:
+        raise InputError(f"'{fmu}' is the undamaged aircraft; leave out --fmu, or --damage-case and --engine-out.")
     from fmu_src.dynamics_variables import dynamics_description
     from gtm_fmu.client import FmuClient, FmuError
     from gtm_fmu.trim import FmuTrimmer
@@ -112,6 +119,8 @@ def trim(
     aileron_deg: Aileron = (-20.0, 20.0),
     rudder_deg: Rudder = (-30.0, 30.0),
     throttle_pct: Throttle = (0.0, 100.0),
+    damage_case: DamageCase = 0,
+    engine_out: EngineOut = None,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
     fmu: Fmu = None,
@@ -122,7 +131,7 @@ def trim(
     With a movable rudder the trim with the least sideslip is taken. Exit code 3 if the limits leave none; the nearest
     is printed all the same.
     """
-    limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    limits = _failure(damage_case, engine_out, elevator_deg, aileron_deg, rudder_deg, throttle_pct)
     found = _solve(
         fmu,
         altitude_ft=altitude_ft,
@@ -148,6 +157,8 @@ def linearize(
     aileron_deg: Aileron = (-20.0, 20.0),
     rudder_deg: Rudder = (-30.0, 30.0),
     throttle_pct: Throttle = (0.0, 100.0),
+    damage_case: DamageCase = 0,
+    engine_out: EngineOut = None,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
     fmu: Fmu = None,
@@ -161,7 +172,7 @@ def linearize(
     """
     from gtm_fmu.linearization import linearize as linear_model
 
-    limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    limits = _failure(damage_case, engine_out, elevator_deg, aileron_deg, rudder_deg, throttle_pct)
     found = _solve(
         fmu,
         altitude_ft=altitude_ft,
@@ -186,6 +197,8 @@ def envelope(
     aileron_deg: Aileron = (-20.0, 20.0),
     rudder_deg: Rudder = (-30.0, 30.0),
     throttle_pct: Throttle = (0.0, 100.0),
+    damage_case: DamageCase = 0,
+    engine_out: EngineOut = None,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
     plot: Annotated[Path | None, typer.Option(help="Write turn rate over speed to this .png or .html too.")] = None,
@@ -197,7 +210,7 @@ def envelope(
     """
     from gtm_fmu.envelope import FlightCondition
 
-    limits = _control_limits(elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    limits = _failure(damage_case, engine_out, elevator_deg, aileron_deg, rudder_deg, throttle_pct)
     condition = FlightCondition(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg)
     found = condition.envelope()
     values = found.to_dict() | {"intervals_kt": condition.intervals()}
