@@ -6,10 +6,11 @@ Theta and the body rates follow from them in closed form (eqs 22-28), the accele
     min beta^2   subject to   F(y) = 0,  lower <= y <= upper.
 
 With a jammed rudder the trim is unique; among the family that a movable one leaves, sideslip chooses, as in
-`gtm_fmu.steady`. If no trim lies inside the bounds, the answer is the point where the paper's cost (Q = 1) is least:
+`gtm_fmu.steady`. If no trim lies inside the bounds, the answer is a point where the paper's cost (Q = 1) is small:
 
-    min J = 1/2 F.F   subject to   lower <= y <= upper.
+    min J = 1/2 F.F   subject to   lower <= y <= upper,
 
+its local minimum from a first guess, or where IPOPT stops at a kink of the tables on the way (most often in the stall).
 There `steady.trim` goes on to the trim that exceeds the bounds least. An FMU cannot be asked for it, because it holds
 commands inside the range of its controls.
 
@@ -25,14 +26,13 @@ import numpy as np
 
 from gtm_fmu import manoeuvre
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
-from gtm_fmu.airframe.names import STATES, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import LINEAR_STATES, STATES, TRIM_UNKNOWNS
 from gtm_fmu.airframe.steady_manoeuvre import steady_manoeuvre
 from gtm_fmu.core import solver
 from gtm_fmu.evaluation import (
     ACCELERATIONS,
     ALTITUDE,
     LINEAR_ROWS,
-    LINEAR_STATES,
     Accelerations,
     DerivativeEvaluator,
     FmuAirframe,
@@ -57,7 +57,7 @@ from gtm_fmu.units import RAD_PER_DEG
 
 NT = len(TRIM_UNKNOWNS)
 INSIDE = 1e-9  # in scale units: rounding, not a violation
-NO_SIDESLIP = 1e-3  # in scale units: less than this is taken as beta = 0 by the polish
+NEAR = 1e-3  # in scale units: what IPOPT leaves this close to a bound, or to beta = 0, may be held there
 CLOSE = 1e-2  # ft/s^2, rad/s^2: residual from which the polish starts
 POLISHED = 1e-13  # ft/s^2, rad/s^2: rounding
 MOST_NEWTON_STEPS = 8
@@ -183,9 +183,9 @@ class FmuTrimmer:
         )
         y, price = (found[name].full()[:NT, 0] for name in ("x", "lam_x"))
         # An interior point stops a little short of the bounds that hold it, which are those with a price.
-        y = np.select(
-            [price > upper / self._scale - y, -price > y - lower / self._scale], [upper, lower], y * self._scale
-        )
+        below, above = y - lower / self._scale, upper / self._scale - y
+        is_lower, is_upper = (-price > below) & (below < NEAR), (price > above) & (above < NEAR)
+        y = np.select([is_upper, is_lower], [upper, lower], y * self._scale)
         return self._polished(y, at, lower, upper)
 
     def _polished(self, y, at, lower, upper) -> np.ndarray:
@@ -194,7 +194,7 @@ class FmuTrimmer:
         freedoms = max(np.sum(movable) - ACCELERATIONS, 0)
         at_bounds = np.flatnonzero(movable & ((y == lower) | (y == upper)))[:freedoms]
         movable[at_bounds] = False
-        if len(at_bounds) < freedoms and abs(y[BETA]) < NO_SIDESLIP * self._scale[BETA]:
+        if len(at_bounds) < freedoms and abs(y[BETA]) < NEAR * self._scale[BETA]:
             y[BETA], movable[BETA] = 0.0, False
         for _ in range(MOST_NEWTON_STEPS):
             F, slopes = self._differences(y, at)
@@ -263,8 +263,8 @@ def _first_guess(lower, upper, rudder_deg: float = 0.0) -> np.ndarray:
     Sideslip, aileron and bank go with the rudder (SPEC 4, 13). Full throttle, since net thrust sticks at zero at a low
     one and then has no slope.
     """
-    y = np.zeros(NT)
-    y[V], y[PSI_DOT], y[THROTTLE] = lower[V], lower[PSI_DOT], upper[THROTTLE]
+    y = (lower + upper) / 2
+    y[ELEVATOR], y[THROTTLE] = 0.0, upper[THROTTLE]
     y[ALPHA] = 4 * RAD_PER_DEG
     y[RUDDER] = np.clip(rudder_deg, lower[RUDDER], upper[RUDDER])
     y[BETA], y[AILERON] = 0.7 * y[RUDDER] * RAD_PER_DEG, -0.6 * y[RUDDER]

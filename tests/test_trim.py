@@ -1,26 +1,37 @@
 """Trims over FMU evaluations: SPEC 13, the compiled solver, the plain model, and what is refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from gtm_fmu import manoeuvre, steady
-from gtm_fmu.client import FmuClient
-from gtm_fmu.core import solver
+from gtm_fmu.airframe.names import CONTROLS, STATES
+from gtm_fmu.client import FmuClient, FmuError
+from gtm_fmu.core import motion, solver
 from gtm_fmu.errors import InputError
+from gtm_fmu.evaluation import LINEAR_ROWS, FmuAirframe
 from gtm_fmu.failures import ControlLimits
+from gtm_fmu.manoeuvre import ALPHA
 from gtm_fmu.trim import FmuTrimmer
 from gtm_fmu.units import KT_PER_FT_S
 from study.fmus import build_fmu
 from tests.reference import plain_model
 from tests.reference.spec_values import TRIMS, half_unit
 
+NASA = Path(__file__).parent / "reference" / "nasa_plots"
 EDGE = ("alpha_deg", "beta_deg", "phi_deg", "theta_deg", "elevator_deg", "aileron_deg", "rudder_deg", "throttle_pct")
 
 
 @pytest.fixture(scope="module")
-def trimmer(tmp_path_factory):
+def fmu(tmp_path_factory):
     with FmuClient(build_fmu("dynamics", tmp_path_factory.mktemp("fmu"))) as client:
-        yield FmuTrimmer(client)
+        yield client
+
+
+@pytest.fixture(scope="module")
+def trimmer(fmu):
+    return FmuTrimmer(fmu)
 
 
 def questions(seed: int, count: int, tas_kt=(75.0, 165.0)):
@@ -120,6 +131,92 @@ def test_limits_hit_name_what_holds_a_trim(trimmer):
     found = trimmer.trim(10000.0, 100.0, 0.0, 0.0, ControlLimits(rudder_deg=(20.0, 30.0)))
     assert found.feasible
     assert found.limits_hit == ("rudder.lower",)
+
+
+class Counted:
+    """An evaluator that counts."""
+
+    def __init__(self, evaluator):
+        self.evaluator, self.count = evaluator, 0
+
+    def evaluate(self, x, u):
+        self.count += 1
+        return self.evaluator.evaluate(x, u)
+
+
+def test_warm_start_needs_fewer_evaluations(fmu):
+    counted = Counted(fmu)
+    trimmer = FmuTrimmer(counted)
+    limits, counts = ControlLimits(rudder_deg=(14.0, 14.0)), []
+    near = trimmer.trim(20000.0, 128.0, -1.0, -3.0, limits)
+    for start in (None, near):
+        counted.count = 0
+        assert trimmer.trim(20000.0, 130.0, -1.0, -3.0, limits, warm_start=start).feasible
+        counts.append(counted.count)
+    assert counts[1] < counts[0] < 300
+
+
+def test_any_unknown_can_be_held(trimmer):
+    """NASA's level trims up to 28 deg, with alpha held and the speed free, to the reading error of the plots."""
+    ratio = np.sqrt(plain_model.atmosphere(800.0).density / 0.0023769)
+    table = np.genfromtxt(NASA / "level_trim_vs_alpha.csv", delimiter=",", names=True)
+    assert table["alpha_deg"].max() == 28.0
+    for row in table:
+        lower, upper = manoeuvre.bounds(ControlLimits(), turn_rate_deg_s=(0.0, 0.0))
+        lower[ALPHA] = upper[ALPHA] = np.radians(row["alpha_deg"])
+        found = trimmer.trim_within(800.0, 0.0, lower, upper)
+        assert found.feasible
+        assert found.elevator_deg == pytest.approx(row["elevator_deg"], abs=0.1)
+        assert found.throttle_pct == pytest.approx(row["throttle_pct"], abs=0.15)
+        if np.isfinite(row["eas_kt"]):
+            assert found.tas_kt * ratio == pytest.approx(row["eas_kt"], abs=0.1)
+
+
+def test_a_bank_angle_can_be_held_instead_of_a_turn_rate(trimmer):
+    """SPEC 13: eas 95 kt, gamma 3 deg, phi 45 deg, the turn rate free."""
+    printed = next(trim for trim in TRIMS if trim.psi_dot is None)
+    tas_kt = printed.eas / np.sqrt(plain_model.atmosphere(printed.h).density / 0.0023769)
+    lower, upper = manoeuvre.bounds(ControlLimits(), phi_deg=(45.0, 45.0), tas_kt=(tas_kt, tas_kt))
+    found = trimmer.trim_within(printed.h, printed.gamma, lower, upper)
+    assert found.feasible
+    for name in ("alpha_deg", "elevator_deg", "aileron_deg", "rudder_deg", "throttle_pct"):
+        text = getattr(printed, name.split("_")[0])
+        assert getattr(found, name) == pytest.approx(float(text), abs=2 * half_unit(text)), name
+
+
+def test_controls_all_jammed_where_a_trim_lies(trimmer):
+    question = (9000.0, 117.0, 1.3, -2.2)
+    free = trimmer.trim(*question, ControlLimits(rudder_deg=(6.0, 6.0)))
+    jams = {name: (getattr(free, name),) * 2 for name in ("elevator_deg", "aileron_deg", "rudder_deg", "throttle_pct")}
+    again = trimmer.trim(*question, ControlLimits(**jams))
+    assert again.feasible
+    for name in EDGE:
+        assert getattr(again, name) == pytest.approx(getattr(free, name), abs=1e-6)
+    jams["aileron_deg"] = (free.aileron_deg + 1.0,) * 2
+    assert not trimmer.trim(*question, ControlLimits(**jams)).feasible
+
+
+def test_differences_stay_inside_the_range_of_controls(fmu):
+    """At a limit, where the FMU holds commands, they look the other way; all equal the exact slopes of that side."""
+    x, _ = steady.trim(9000.0, 117.0, 1.3, -2.2, ControlLimits(rudder_deg=(12.0, 12.0))).state_and_controls
+    airframe = FmuAirframe(fmu)
+    columns = np.append(LINEAR_ROWS, len(STATES) + np.arange(len(CONTROLS)))
+    for u in ([30.0, 20.0, 30.0, 100.0], [-30.0, -20.0, -30.0, 0.0]):
+        # Limits are breakpoints of some tables: the exact slopes are those just inside.
+        exact = motion.jacobian(x, 0.999999 * np.array(u))[1][:, columns]
+        dx, slopes = airframe.differences(x, np.array(u))
+        np.testing.assert_allclose(dx, motion.derivatives(x, u), atol=1e-11)
+        np.testing.assert_allclose(slopes, exact, atol=2e-5 * max(1.0, np.abs(exact).max()))
+        assert (
+            np.abs(slopes[:6, -4:]).max(axis=0).min() > 1e-5
+        )  # no control is dead: an idle engine still has its rotor
+
+
+def test_a_closed_fmu_is_told_in_its_own_words(tmp_path):
+    with FmuClient(build_fmu("dynamics", tmp_path)) as client:
+        trimmer = FmuTrimmer(client)
+    with pytest.raises(FmuError, match="closed"):
+        trimmer.trim(10000.0, 110.0)
 
 
 @pytest.mark.parametrize(
