@@ -207,9 +207,8 @@ def test_differences_stay_inside_the_range_of_controls(fmu):
         dx, slopes = airframe.differences(x, np.array(u))
         np.testing.assert_allclose(dx, motion.derivatives(x, u), atol=1e-11)
         np.testing.assert_allclose(slopes, exact, atol=2e-5 * max(1.0, np.abs(exact).max()))
-        assert (
-            np.abs(slopes[:6, -4:]).max(axis=0).min() > 1e-5
-        )  # no control is dead: an idle engine still has its rotor
+        # No control is dead: an idle engine still has its rotor.
+        assert np.abs(slopes[:6, -4:]).max(axis=0).min() > 1e-5
 
 
 def test_a_closed_fmu_is_told_in_its_own_words(tmp_path):
