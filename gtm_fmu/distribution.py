@@ -33,6 +33,8 @@ _PIECES_A_THREAD = 2
 _RETRIES = 3
 _CONNECTION_S, _WORKER_S = 10, 60
 
+_IGNORE_INTERRUPT = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"  # this process ends its workers
+
 Progress = Callable[[int, int], None]
 
 
@@ -105,6 +107,7 @@ def _local_cluster(workers: int) -> LocalCluster:
         memory_limit=WORKER_MEMORY,
         dashboard_address=":0",
         silence_logs=logging.CRITICAL,
+        preload=[_IGNORE_INTERRUPT],
     )
 
 

@@ -122,7 +122,6 @@ class CaseStore:
                 compressors=ZstdCodec(level=3, checksum=True),
                 dimension_names=("case",),
                 attributes=described,
-                config={"write_empty_chunks": True},
             )
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Consolidated metadata")  # readers ask for it
@@ -132,8 +131,10 @@ class CaseStore:
 
     def _open(self) -> dict[str, zarr.Array]:
         try:
-            group = zarr.open_group(self.path, mode="r+", use_consolidated=False)
-            stored, arrays = dict(group.attrs), {name: group[name] for name in _schema()}
+            stored = dict(zarr.open_group(self.path, mode="r+", use_consolidated=False).attrs)
+            # A chunk without any envelope is written like the others, so that a missing file tells of damage.
+            always = {"write_empty_chunks": True}
+            arrays = {name: zarr.open_array(self.path / name, mode="r+", config=always) for name in _schema()}
         except Exception as error:
             raise _unreadable(self.path, error) from None
         for name, value in self._identity.items():
@@ -146,7 +147,7 @@ class CaseStore:
                 )
         for leftover in self.path.glob("*/c/*.partial"):  # of a writer that was stopped
             leftover.unlink()
-        return arrays  # type: ignore[return-value]
+        return arrays
 
     def unfinished(self) -> list[range]:
         """Cases of every chunk that is still to be computed, also of one of which a file was removed."""

@@ -137,6 +137,13 @@ class TestContents:
         assert np.isnan(data.v_min[4:]).all()
         assert CaseStore(path, TABLE, OPTIONS, CHUNK).unfinished() == [range(4, 6)]
 
+    def test_chunk_without_any_envelope(self, tmp_path, found):
+        """All its results are the fill values; it is finished all the same."""
+        none = {name: np.repeat(values[5:], 6) for name, values in found.items()}
+        path = fill(tmp_path / "none.zarr", none)
+        assert CaseStore(path, TABLE, OPTIONS, CHUNK).unfinished() == []
+        assert not open_cases(path).feasible.any()
+
     def test_same_bytes_in_any_order(self, path, tmp_path, found):
         other = fill(tmp_path / "other.zarr", found, range(4, 6), range(0, 4))
         assert files(other) == files(path)
