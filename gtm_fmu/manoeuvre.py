@@ -104,14 +104,13 @@ def bounds(
 
 
 def limits_hit(y, lower, upper) -> tuple[str, ...]:
-    """Bounds that a point holds or exceeds, as ``alpha.upper``; jammed and held unknowns are not named."""
+    """Bounds that a point holds or exceeds, as ``alpha.upper``; of jammed and held unknowns only those it exceeds."""
     names, unknowns = [], TRIM_UNKNOWNS if len(y) == len(TRIM_UNKNOWNS) else FULL_TRIM_UNKNOWNS
     for name, value, low, high, scale in zip(unknowns, y, lower, upper, solver.scale(len(y)), strict=True):
-        if low == high:
-            continue
-        if value <= low + _HELD_TOLERANCE * scale:
+        slack = _HELD_TOLERANCE * scale * (-1 if low == high else 1)
+        if value <= low + slack:
             names.append(f"{name}.lower")
-        if value >= high - _HELD_TOLERANCE * scale:
+        if value >= high - slack:
             names.append(f"{name}.upper")
     return tuple(names)
 
