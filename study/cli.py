@@ -296,7 +296,7 @@ def _refuse(sentence: str) -> int:
 def main() -> None:
     """Run a command; a user's mistake is one sentence on standard error and exit code 2."""
     try:
-        code = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False, prog_name=app.info.name) or 0
     except InputError as error:
         code = _refuse(str(error))
     except TyperException as error:

@@ -117,6 +117,16 @@ class TestPrediction:
             verdicts.add(found.feasible)
         assert verdicts == {True, False}
 
+    def test_full_throttle_decides(self, emulator):
+        """A t_min beyond full throttle leaves no envelope, however the network of the speeds goes on."""
+        case = [10000.0, 0.0, -30.0, 30.0]
+        v_min, v_max = emulator.speeds.predict(case)
+        assert v_min < v_max
+        weak = replace(emulator.throttle, b2=emulator.throttle.b2 + 10)
+        assert weak.predict(case)[0] > 100
+        assert emulator.predict(10000, 0, (-30, 30)).feasible
+        assert not RudderEmulator(emulator.speeds, weak).predict(10000, 0, (-30, 30)).feasible
+
     def test_never_a_reversed_envelope(self, emulator):
         """Far outside the domain the networks cross; that is no envelope."""
         case = [36000.0, 0.0, -30.0, 30.0]
