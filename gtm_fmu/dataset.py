@@ -3,6 +3,7 @@
 `gtm_fmu.distribution` computes data sets of any size and axes into a store.
 """
 
+import hashlib
 import os
 import shutil
 from collections.abc import Callable, Iterable, Sequence
@@ -86,6 +87,17 @@ def lattice(
     )
 
 
+_CHECKSUM = "sha256"
+
+
+def _checksum(data: xr.Dataset) -> str:
+    digest = hashlib.sha256()
+    for name in sorted(map(str, data.variables)):
+        digest.update(name.encode())
+        digest.update(np.ascontiguousarray(data[name].values).tobytes())
+    return digest.hexdigest()
+
+
 def save(data: xr.Dataset, path: str | Path) -> Path:
     """Write a zarr store at ``path``; an earlier one is replaced only when the new one is complete.
 
@@ -98,7 +110,7 @@ def save(data: xr.Dataset, path: str | Path) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         for leftover in (partial, replaced):
             shutil.rmtree(leftover, ignore_errors=True)
-        data.to_zarr(partial, mode="w", consolidated=False)
+        data.assign_attrs({_CHECKSUM: _checksum(data)}).to_zarr(partial, mode="w", consolidated=False)
         if path.exists():
             path.rename(replaced)
         partial.rename(path)
@@ -115,9 +127,12 @@ def load(path: str | Path) -> xr.Dataset:
         InputError: there is none, or it is damaged.
     """
     try:
-        return xr.open_zarr(path, consolidated=False).load()
+        data = xr.open_zarr(path, consolidated=False).load()
+        if data.attrs.pop(_CHECKSUM, None) != _checksum(data):  # a lost chunk reads as NaN, without an error
+            raise ValueError("its values are not those that were written")
     except Exception as error:
         raise InputError(f"{path} is no readable data set ({error}); make one with `gtm-fmu study`.") from None
+    return data
 
 
 def samples(data: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
