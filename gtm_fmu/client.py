@@ -3,6 +3,7 @@
 All values are in the FMU's own units, which are SI. Calls go through buffers that are made once for each set of names.
 """
 
+import atexit
 import ctypes
 import tempfile
 import zipfile
@@ -116,6 +117,9 @@ class FmuClient:
             if self._is_stepping:
                 with suppress(FMICallException):
                     self.instance.terminate()
+            if self._release:
+                self._release()
+                atexit.unregister(self._release)
             self.instance.freeInstance()
             self._folder.cleanup()
 
@@ -235,6 +239,10 @@ class FmuClient:
             )
         except Exception as error:
             raise InputError(f"'{path}' does not load on this platform ({error}): build it here.") from error
+        # pythonfmu 0.7.0 would let go of its interpreter's state when the process ends, after that is gone.
+        self._release = getattr(self.instance.dll, "finalizePythonInterpreter", None)
+        if self._release:
+            atexit.register(self._release)
 
     def _instantiate(self) -> None:
         # Without FMPy's logger proxy: it serves one instance of a process only, the last one.
