@@ -71,11 +71,12 @@ class TestShippedNetworks:
         assert mse < published.MSE_ANN[6]
 
     def test_error_of_the_least_throttle(self, emulator, lattice, least_throttle):
+        network = emulator.throttle
         split = split_samples(len(lattice), ROUNDS, HELD_OUT, SEED)
-        design = np.setdiff1d(np.arange(len(lattice)), split.independent)
-        for rows, part in ((split.independent, "independent"), (design, "all")):
-            mse = scaled_mse(emulator.throttle, lattice[rows], least_throttle[rows, None])
-            assert mse == pytest.approx(emulator.throttle.metrics[f"mse_{part}"], abs=1e-9)
+        for part in ("training", "test", "all", "independent"):
+            rows = split.rows(part, network.provenance["restart"])
+            mse = scaled_mse(network, lattice[rows], least_throttle[rows, None])
+            assert mse == pytest.approx(network.metrics[f"mse_{part}"], abs=1e-9)
 
     def test_feasibility_over_the_lattice(self, emulator, lattice, least_throttle):
         emulated = [emulator.predict(altitude, gamma, rudder).feasible for altitude, gamma, *rudder in lattice]
