@@ -21,7 +21,7 @@ def plot_jams(boundaries: Mapping[float, Boundary], altitude_ft: float, gamma_de
     """Envelopes over turn rate for rudder jams (keys in deg), the whole one at no jam included (paper Fig. 3)."""
     figure = Figure(figsize=(7, 6), layout="constrained")
     axes = figure.subplots()
-    for deflection, boundary in boundaries.items():
+    for deflection, boundary in sorted(boundaries.items()):
         if not len(boundary.tas_kt):
             axes.plot([], [], " ", label=rf"{deflection:g}$\degree$: none left")
             continue
@@ -32,7 +32,7 @@ def plot_jams(boundaries: Mapping[float, Boundary], altitude_ft: float, gamma_de
     axes.set_ylabel("true airspeed $V$, kn")
     axes.set_title(rf"Rudder jammed at {altitude_ft:g} ft, $\gamma$ = {gamma_deg:g}$\degree$")
     axes.grid(alpha=0.3)
-    axes.legend(title="rudder")
+    figure.legend(title="rudder", loc="outside right upper")
     return figure
 
 
