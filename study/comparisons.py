@@ -16,7 +16,7 @@ from gtm_fmu.envelope import Boundary, FlightCondition
 from gtm_fmu.failures import WIDEST, ControlLimits, Range
 from gtm_fmu.trim import FmuTrimmer
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
-from study.emulator import INPUTS, SPEEDS, RudderEmulator
+from study.emulator import FULL_THROTTLE_PCT, INPUTS, SPEEDS, RudderEmulator
 from study.progress import Advance
 from surrogate import Selection
 
@@ -161,8 +161,11 @@ def compare_surrogate_fmu(fmu: Path, emulator: RudderEmulator, seed: int) -> dic
     return {"cases": cases, "largest_difference_kt": largest}
 
 
-def sensitivity_indices(emulator: RudderEmulator, seed: int) -> sensitivity.VarianceIndices:
-    """First-order and total indices of V_min and V_max, by the emulator, over the lattice's domain."""
+def sensitivity_indices(emulator: RudderEmulator, seed: int) -> tuple[sensitivity.VarianceIndices, float]:
+    """First-order and total indices of V_min and V_max, by the emulator, over the lattice's domain.
+
+    Also the share of the cases that have no envelope, where the network of the speeds only goes on.
+    """
     (altitude, ft), (gamma, deg), (lower, _), (upper, _) = INPUTS
     ranges: list[Range] = [(low, high) for low, high in emulator.speeds.input_ranges.tolist()]
     distribution = sensitivity.Distribution(
@@ -174,4 +177,5 @@ def sensitivity_indices(emulator: RudderEmulator, seed: int) -> sensitivity.Vari
     )
     design = sensitivity.variance_design(distribution, SENSITIVITY_ROWS, sampling="random", seed=seed)
     evaluated = design.evaluate(emulator.speeds.predict, output_names=[name for name, _ in SPEEDS])
-    return sensitivity.variance_indices(evaluated, seed=seed)
+    t_min = emulator.throttle.predict(design.points[: design.n_base])
+    return sensitivity.variance_indices(evaluated, seed=seed), float(np.mean(t_min > FULL_THROTTLE_PCT))

@@ -70,8 +70,8 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
             surrogate = build_fmu("surrogate", output, output)
             results["surrogate_fmu"] = comparisons.compare_surrogate_fmu(surrogate, emulator, seed)
         with stage("Sensitivity") as advance:
-            indices = comparisons.sensitivity_indices(emulator, seed)
-            results["sensitivity"] = indices.to_dict()
+            indices, without_envelope = comparisons.sensitivity_indices(emulator, seed)
+            results["sensitivity"] = indices.to_dict() | {"without_envelope": without_envelope}
             chart = plot_indices(
                 indices, published=published.VARIANCE_INDICES, published_label="paper", labels=figures.LABELS
             )

@@ -58,7 +58,9 @@ def _indices(indices: dict[str, Any]) -> str:
         _table(heads, rows)
         + f"\n{indices['n_evaluations']} evaluations of the network; 95 % bootstrap intervals. For dependent inputs "
         "S of one limit, S^T of the other and the closed index of altitude and path angle add up to at most 1: here "
-        f"{identity:.3f} is left, in the paper's Table 15 the sums are 1.147 and 1.074.\n"
+        f"{identity:.3f} is left, in the paper's Table 15 the sums are 1.147 and 1.074.\n\n"
+        f"{indices['without_envelope']:.1%} of these cases have no envelope. The indices count them as the network "
+        "continues there.\n"
     )
 
 

@@ -107,8 +107,15 @@ def test_sensitivity_of_a_known_function(monkeypatch):
         h, gamma, lower, upper = X.T
         return np.column_stack([h / 1000 + lower, 2 * gamma + upper])
 
-    emulator = SimpleNamespace(speeds=SimpleNamespace(predict=speeds, input_ranges=ranges))
-    indices = comparisons.sensitivity_indices(emulator, 0).to_dict()["outputs"]
+    def least_throttle(X):
+        return 100 + X[:, :1] - 18000
+
+    emulator = SimpleNamespace(
+        speeds=SimpleNamespace(predict=speeds, input_ranges=ranges), throttle=SimpleNamespace(predict=least_throttle)
+    )
+    found, without_envelope = comparisons.sensitivity_indices(emulator, 0)
+    indices = found.to_dict()["outputs"]
+    assert without_envelope == pytest.approx(0.25, abs=0.02)  # above 18 000 of 24 000 ft
     v_min, v_max = 24.0**2 / 12 + limit_variance, 24.0**2 / 12 + limit_variance
     expected = {
         "v_min_kt": {"altitude_ft": 48 / v_min, "gamma_deg": 0, "rudder_lower_deg": limit_variance / v_min},

@@ -34,6 +34,7 @@ RESULTS = {
     "surrogate_fmu": {"cases": 50, "largest_difference_kt": 1.5e-13},
     "sensitivity": {
         "n_evaluations": 123456,
+        "without_envelope": 0.0567,
         "outputs": {
             output: {
                 "indices": {
@@ -97,6 +98,7 @@ class TestTable:
         text = markdown(RESULTS)
         assert "123456 evaluations" in text
         assert "here 0.050 is left" in text  # 1 - 0.95
+        assert "5.7% of these cases have no envelope" in text
 
     def test_it_is_markdown(self):
         widths = [line.count("|") for line in markdown(RESULTS).splitlines() if line.startswith("|")]
@@ -107,8 +109,9 @@ class TestTable:
 class TestFigures:
     def test_jams(self):
         condition = FlightCondition(10000, -5)
-        boundaries = {jam: condition.boundary((jam, jam)) for jam in (20.0, 30.0)}
-        (axes,) = plot_jams(boundaries, 10000, -5).axes
+        boundaries = {jam: condition.boundary((jam, jam)) for jam in (30.0, 20.0)}
+        figure = plot_jams(boundaries, 10000, -5)
+        (axes,) = figure.axes
         assert (axes.get_xlabel(), axes.get_ylabel()) == ("turn rate $\\dot\\psi$, deg/s", "true airspeed $V$, kn")
         assert axes.get_title() == "Rudder jammed at 10000 ft, $\\gamma$ = -5$\\degree$"
         curve, none = axes.lines
@@ -117,7 +120,7 @@ class TestFigures:
         assert (min(y), max(y)) == (boundaries[20].tas_kt[0], boundaries[20].tas_kt[-1])
         assert (min(x), max(x)) == (min(boundaries[20].turn_rate_min_deg_s), max(boundaries[20].turn_rate_max_deg_s))
         assert len(none.get_xdata()) == 0
-        labels = [text.get_text() for text in axes.get_legend().get_texts()]
+        labels = [text.get_text() for text in figure.legends[0].get_texts()]
         assert labels == ["20$\\degree$", "30$\\degree$: none left"]
 
     def test_speeds(self):
