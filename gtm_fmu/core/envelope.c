@@ -35,6 +35,22 @@ static int spread(double lower, double upper, int count, double *values)
     return count;
 }
 
+/* With a throttle for each engine: every start also with more thrust on the left, and on the right. */
+static long with_thrust_apart(const gtm_problem *p, long n, double *starts)
+{
+    static const double apart = 30; /* %, to either side */
+    if (p->unknowns < GTM_FULL_NT) return n;
+    for (int side = 0; side < 2; side++) {
+        double *copy = starts + (side + 1) * n * GTM_FULL_NT;
+        memcpy(copy, starts, sizeof *starts * (size_t)n * GTM_FULL_NT);
+        for (long i = 0; i < n; i++, copy += GTM_FULL_NT) {
+            copy[THROTTLE] += side ? -apart : apart;
+            copy[THROTTLE_RIGHT] += side ? apart : -apart;
+        }
+    }
+    return 3 * n;
+}
+
 static int better(int status, double value, double violation, int than_status, double than_value,
                   double than_violation)
 {
@@ -67,6 +83,7 @@ int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper,
     }
     speed[0] = objective[V] > 0 ? y[V] + nearer : objective[V] < 0 ? y[V] - nearer : y[V];
     n = starts_at(p, 1, speed, banks, bank, deflections, deflection, starts);
+    n = with_thrust_apart(p, n, starts);
     double other[GTM_FULL_NT] = {0}, other_violation, value = 0, other_value = 0;
     const int other_status = gtm_find_extreme(p, lower, upper, objective, n, starts, other, &other_violation);
     for (int i = 0; i < p->unknowns; i++) value += objective[i] * y[i], other_value += objective[i] * other[i];
