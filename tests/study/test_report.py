@@ -115,10 +115,12 @@ class TestFigures:
         assert (axes.get_xlabel(), axes.get_ylabel()) == ("turn rate $\\dot\\psi$, deg/s", "true airspeed $V$, kn")
         assert axes.get_title() == "Rudder jammed at 10000 ft, $\\gamma$ = -5$\\degree$"
         curve, none = axes.lines
-        x, y = curve.get_data()
+        x, y = (values.tolist() for values in curve.get_data())
         assert (x[0], y[0]) == (x[-1], y[-1])
-        assert (min(y), max(y)) == (boundaries[20].tas_kt[0], boundaries[20].tas_kt[-1])
-        assert (min(x), max(x)) == (min(boundaries[20].turn_rate_min_deg_s), max(boundaries[20].turn_rate_max_deg_s))
+        jam = boundaries[20]
+        sides = [*zip(jam.turn_rate_min_deg_s, jam.tas_kt, strict=True)]
+        sides += zip(jam.turn_rate_max_deg_s, jam.tas_kt, strict=True)
+        assert set(zip(x, y, strict=True)) == set(sides)
         assert len(none.get_xdata()) == 0
         labels = [text.get_text() for text in figure.legends[0].get_texts()]
         assert labels == ["20$\\degree$", "30$\\degree$: none left"]
