@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -44,4 +45,5 @@ def _write(path: Path, write: Callable[[Path], object]) -> None:
     except OSError as error:
         raise InputError(f"Cannot write {path} ({error.strerror}); choose a folder you may write to.") from None
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()

@@ -163,6 +163,8 @@ class TestFiles:
 
     def test_place_that_is_taken(self, tmp_path):
         (tmp_path / "folder").mkdir()
-        with pytest.raises(InputError, match=r"Cannot write .*folder"):
-            write_text("text", tmp_path / "folder")
-        assert [found.name for found in tmp_path.iterdir()] == ["folder"]
+        (tmp_path / "file").touch()
+        for place in ("folder", "file/below", "none/below"):
+            with pytest.raises(InputError, match=rf"Cannot write .*{place} \(.*\); choose a folder"):
+                write_text("text", tmp_path / place)
+        assert sorted(found.name for found in tmp_path.iterdir()) == ["file", "folder"]
