@@ -23,7 +23,7 @@ class BuildCore(build_ext):
         super().run()
 
     def build_extensions(self):
-        # Python's own link flags may carry a library path of this machine, which has no place in a library that travels.
+        # Python's own link flags may carry a library path of this machine; the library travels in FMUs.
         linker = getattr(self.compiler, "linker_so", None)
         if linker:
             self.compiler.linker_so = [flag for flag in linker if not flag.startswith(("-L", "-Wl,-rpath"))]
