@@ -133,8 +133,8 @@ class CaseStore:
         try:
             stored = dict(zarr.open_group(self.path, mode="r+", use_consolidated=False).attrs)
             # A chunk without any envelope is written like the others, so that a missing file tells of damage.
-            always = {"write_empty_chunks": True}
-            arrays = {name: zarr.open_array(self.path / name, mode="r+", config=always) for name in _schema()}
+            with zarr.config.set({"array.write_empty_chunks": True}):
+                arrays = {name: zarr.open_array(self.path / name, mode="r+") for name in _schema()}
         except Exception as error:
             raise _unreadable(self.path, error) from None
         for name, value in self._identity.items():
