@@ -243,6 +243,8 @@ class FmuClient:
         self._release = getattr(self.instance.dll, "finalizePythonInterpreter", None)
         if self._release:
             atexit.register(self._release)
+            if not Path(self._folder.name, "resources", "slavemodule.txt").is_file():  # it would end the process
+                raise InputError(f"'{path}' is damaged (its slave is missing): build it anew.")
 
     def _instantiate(self) -> None:
         # Without FMPy's logger proxy: it serves one instance of a process only, the last one.

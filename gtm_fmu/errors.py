@@ -3,7 +3,3 @@
 
 class InputError(ValueError):
     """Input outside what is allowed; the message says what was given, what is allowed and what to do."""
-
-
-class NoSolutionError(RuntimeError):
-    """The question is well posed but has no answer inside the limits."""

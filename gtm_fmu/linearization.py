@@ -43,7 +43,8 @@ class LinearModel:
 
     Attributes:
         smallest_singular_value: of the scaled PBH matrices of the unstable modes; None if the trim is stable.
-        kalman_rank, kalman_condition: of the paper's controllability matrix (eq. 35), unscaled, for comparison only.
+        kalman_rank, kalman_condition: of the paper's controllability matrix (eq. 35), unscaled, for comparison only;
+            without inputs 0 and None.
     """
 
     states: tuple[str, ...]
@@ -55,7 +56,7 @@ class LinearModel:
     controllable: bool
     smallest_singular_value: float | None
     kalman_rank: int
-    kalman_condition: float
+    kalman_condition: float | None
 
     @classmethod
     def of_matrices(cls, A, B, inputs: tuple[str, ...]) -> "LinearModel":
@@ -72,8 +73,8 @@ class LinearModel:
             stable=bool(is_stable(eigenvalues)),
             controllable=margin >= PBH_THRESHOLD,
             smallest_singular_value=margin if np.isfinite(margin) else None,
-            kalman_rank=int(np.linalg.matrix_rank(kalman)),
-            kalman_condition=float(np.linalg.cond(kalman)),
+            kalman_rank=int(np.linalg.matrix_rank(kalman)) if inputs else 0,
+            kalman_condition=float(np.linalg.cond(kalman)) if inputs else None,
         )
 
     def state_space(self):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,8 @@ def write_network(network: Network, path: Path) -> None:
     except OSError as error:
         raise ValueError(f"cannot write the network file '{path}' ({error.strerror}): choose another place.") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink()
 
 
 def read_network(path: Path) -> Network:
