@@ -6,7 +6,7 @@
 #include "solver.h"
 
 enum { SPEEDS = 6, DESCENT_SPEEDS = 9, BANKS = 3, DEFLECTIONS = 3, NEAR_BANKS = 5, NEAR_DEFLECTIONS = 10 };
-static const double slowest = 105, fastest = 320; /* ft/s, of the starts */
+static const double slowest = 97, fastest = 320; /* ft/s, of the starts; the slowest at sea level and at its stall */
 static const double steep = -0.095;               /* rad: below, idle thrust is too much at moderate speeds */
 static const double fastest_descent = 590;
 static const double nearer = 3;                   /* ft/s inside the best end */
@@ -64,9 +64,10 @@ int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper,
     double starts[DESCENT_SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS * GTM_FULL_NT];
     double speed[DESCENT_SPEEDS], bank[NEAR_BANKS], deflection[NEAR_DEFLECTIONS];
     const double margin = 0.1 * (upper[PHI] - lower[PHI]);
+    const double stall = slowest * sqrt(gtm_condition_at(0, 0).density / p->at.density);
     const int descends = p->at.gamma < steep;
     const double top = fmin(upper[V], descends ? fastest_descent : fastest);
-    const int speeds = spread(fmax(lower[V], slowest), top, descends ? DESCENT_SPEEDS : SPEEDS, speed);
+    const int speeds = spread(fmax(lower[V], stall), top, descends ? DESCENT_SPEEDS : SPEEDS, speed);
     int banks = spread(lower[PHI] + margin, upper[PHI] - margin, BANKS, bank);
     int deflections = spread(lower[RUDDER], upper[RUDDER], DEFLECTIONS, deflection);
     long n = starts_at(p, speeds, speed, banks, bank, deflections, deflection, starts);
