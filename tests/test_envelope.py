@@ -57,6 +57,7 @@ CASES = {
     "just above the ceiling": jam(30000.0, 1.06, 12.0),
     "with a gap": jam(33591.549399502124, 0.3801354179272882, 7.731865359248744),
     "steep descent": jam(25981.0, -12.41, -10.91),
+    "descent with a few slow trims": jam(33950.0, -8.25, 10.91),
     "small ailerons": jam(5000.0, 2.0, 3.3, aileron_deg=(-5.0, 5.0)),
     "weak engines": jam(5000.0, -1.0, -8.0, throttle_pct=(20.0, 60.0)),
     "small elevator": jam(9000.0, -2.0, 4.0, elevator_deg=(-2.0, 1.0)),

@@ -6,10 +6,10 @@
 #include "solver.h"
 
 enum { SPEEDS = 6, DESCENT_SPEEDS = 9, BANKS = 3, DEFLECTIONS = 3, NEAR_BANKS = 5, NEAR_DEFLECTIONS = 10 };
-static const double slowest = 97, fastest = 320; /* ft/s, of the starts; the slowest at sea level and at its stall */
-static const double steep = -0.095;               /* rad: below, idle thrust is too much at moderate speeds */
+static const double slowest = 97, fastest = 320; /* ft/s, of the starts: stall at sea level, and level flight */
+static const double steep = -0.095;              /* rad: below, idle thrust is too much at moderate speeds */
 static const double fastest_descent = 590;
-static const double nearer = 3;                   /* ft/s inside the best end */
+static const double nearer = 3;                  /* ft/s inside the best end */
 
 /* Cold trims at every combination of speeds, banks and deflections. */
 static long starts_at(const gtm_problem *p, int speeds, const double *speed, int banks, const double *bank,
