@@ -3,8 +3,6 @@
 import io
 import json
 import re
-import signal
-import subprocess
 import sys
 from functools import partial
 from pathlib import Path
@@ -23,7 +21,6 @@ from gtm_fmu.failures import ControlLimits
 from study import cli, comparisons, pipeline, surveys
 from study.emulator import RudderEmulator, train
 from surrogate import Schedule
-from tests.study.conftest import ENTRY_POINT
 
 PICTURES = {
     f"{name}.png" for name in ("envelope_jams", "regression", "performance", "errors", "emulator_jams", "indices")
@@ -173,17 +170,6 @@ class TestAgain:
             assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
         assert dataset.load(tmp_path / "envelopes.zarr").identical(dataset.load(folder / "envelopes.zarr"))
         assert json.loads(printed.getvalue()) == json.loads((folder / "results.json").read_text())
-
-    def test_stopped_by_a_user(self, tmp_path):
-        """Control-C in the whole study, by the installed command."""
-        command = [ENTRY_POINT, "study", "--output", tmp_path]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
-            assert running.stderr.readline() == "FMU of the dynamics: done\n"
-            running.send_signal(signal.SIGINT)
-            out, left = running.communicate(timeout=60)
-        assert (running.returncode, out) == (130, "")
-        assert left == "gtm-fmu: stopped; finished files are kept.\n"
-        assert names(tmp_path) == {"GtmDynamics.fmu"}
 
 
 def test_without_torch(tmp_path, monkeypatch):
