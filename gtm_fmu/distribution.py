@@ -110,9 +110,7 @@ def _check_versions(client: Client) -> None:
     for worker, found in client.run(version, PACKAGE, on_error="return").items():
         if found != here:
             has = "no gtm-fmu" if isinstance(found, Exception) else f"gtm-fmu {found}"
-            raise InputError(
-                f"The worker {worker} has {has}, and this process {here}; install the same on every worker."
-            )
+            raise InputError(f"The worker {worker} has {has}, and this process {here}; install the same everywhere.")
 
 
 def _local_cluster(workers: int) -> LocalCluster:
