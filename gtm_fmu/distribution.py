@@ -9,7 +9,6 @@ import logging
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +24,12 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Range
 from gtm_fmu.store import CaseStore, writer_lock
 
-PIECE = 16
+PIECE = 32
 """Cases a task: seconds at most, so that the last ones end together."""
-PACKAGE = "gtm-fmu"
-"""What a worker has to have."""
 WORKER_MEMORY = "500MB"
 """A worker that takes more is started anew."""
 _LOST = (CancelledError, CommClosedError, TimeoutError)
-_PIECES_A_THREAD = 3
+_PIECES_A_THREAD = 2
 _RETRIES = 3
 _CONNECTION_S, _WORKER_S = 10, 60
 
@@ -100,17 +97,7 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
                 f"No dask worker at {scheduler or 'this machine'} ({error}); start `dask scheduler` and `dask worker` "
                 "there and give the address as tcp://host:port, or leave it out to use this machine's cores."
             ) from None
-        _check_versions(client)
         yield client
-
-
-def _check_versions(client: Client) -> None:
-    """Refuse workers that have this package not at all or in another version; they could not even read a task."""
-    here = results.provenance()["gtm_fmu_version"]
-    for worker, found in client.run(version, PACKAGE, on_error="return").items():
-        if found != here:
-            has = "no gtm-fmu" if isinstance(found, Exception) else f"gtm-fmu {found}"
-            raise InputError(f"The worker {worker} has {has}, and this process {here}; install the same everywhere.")
 
 
 def _local_cluster(workers: int) -> LocalCluster:

@@ -1,12 +1,10 @@
 """Data sets by dask: the values of the solver, whatever is killed on the way, on this machine or a user's cluster."""
 
 import os
-import re
 import signal
 import subprocess
 import sys
 import time
-from importlib.metadata import version
 from pathlib import Path
 
 import dask
@@ -140,7 +138,7 @@ class TestCluster:
             progress=lambda done, total: under_way.append(len(asked) - len(under_way) - 1),
         )
         assert len(asked) == 2 * CHUNKS - 1  # chunks of four cases in pieces of three and one, the last of two in one
-        assert max(under_way) <= 6
+        assert max(under_way) <= 4
 
     def test_exception(self, tmp_path, address, expected, monkeypatch):
         def fail():
@@ -152,7 +150,7 @@ class TestCluster:
             with pytest.raises(InputError, match=reason):
                 compute(tmp_path / "a", TABLE, chunk=CHUNK, scheduler=address)
         data = open_cases(tmp_path / "a").load()
-        assert data.finished[:20].all()  # six pieces are under way, here each a chunk
+        assert data.finished[:28].all()  # the window is of four chunks
         assert not data.finished[40:44].any()
         compute(tmp_path / "a", TABLE, chunk=CHUNK, scheduler=address)
         assert files(tmp_path / "a") == expected
@@ -176,16 +174,6 @@ class TestCluster:
             with pytest.raises(InputError, match=reason):
                 compute(tmp_path / "a", TABLE, chunk=CHUNK, scheduler=cluster.scheduler_address, progress=lose)
         assert open_cases(tmp_path / "a").finished[: 2 * CHUNK].all()
-
-    @pytest.mark.parametrize("package", ["gtm-fmu", "no-such-package"])
-    def test_workers_of_another_version(self, tmp_path, address, monkeypatch, package):
-        monkeypatch.setattr(results, "provenance", lambda: {"gtm_fmu_version": "9.9", "aerodynamic_data_sha256": ""})
-        monkeypatch.setattr(distribution, "PACKAGE", package)
-        has = "no gtm-fmu" if package == "no-such-package" else rf"gtm-fmu {re.escape(version('gtm-fmu'))}"
-        reason = rf"The worker tcp://.* has {has}, and this process 9\.9; install the same everywhere"
-        with pytest.raises(InputError, match=reason):
-            compute(tmp_path / "a", TABLE, scheduler=address)
-        assert not list(tmp_path.iterdir())
 
     def test_without_workers(self, tmp_path, monkeypatch):
         monkeypatch.setattr(distribution, "_WORKER_S", 0.2)
