@@ -1,4 +1,4 @@
-"""Trims per second of the core, beside JSBSim's, and milliseconds of a trim over FMU evaluations.
+"""Trims per second of the core, beside JSBSim's, and milliseconds of a trim over evaluations of either FMU.
 
     python benchmarks/trim.py
 
@@ -70,11 +70,11 @@ def jsbsim_trims_per_second() -> float:
     return found / taken
 
 
-def fmu_trim_ms() -> float:
-    """Median of cold trims over the pythonfmu FMU, half of them with a jammed rudder."""
+def fmu_trim_ms(name: str) -> float:
+    """Median of cold trims over an FMU, half of them with a jammed rudder."""
     rng = np.random.default_rng(1)
     taken = []
-    with tempfile.TemporaryDirectory() as folder, FmuClient(build_fmu("dynamics", folder)) as client:
+    with tempfile.TemporaryDirectory() as folder, FmuClient(build_fmu(name, folder)) as client:
         trimmer = FmuTrimmer(client)
         while len(taken) < FMU_TRIMS:
             low, high = np.sort(rng.uniform(-25, 25, 2))
@@ -92,6 +92,7 @@ def main() -> None:
     core = core_trims_per_second()
     with contextlib.redirect_stderr(io.StringIO()):
         other = jsbsim_trims_per_second()
+    python, native = fmu_trim_ms("dynamics"), fmu_trim_ms("dynamics-native")
     rows = [
         row(
             "cold feasible trims of the core, one thread",
@@ -101,7 +102,14 @@ def main() -> None:
             other,
             core / other,
         ),
-        row("trim over the pythonfmu FMU, median", fmu_trim_ms(), "ms"),
+        row(
+            "trim over the native FMU with its directional derivatives, median",
+            native,
+            "ms",
+            "the same with differences over the pythonfmu FMU, ms",
+            python,
+            python / native,
+        ),
     ]
     write("trim", rows)
 

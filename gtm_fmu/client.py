@@ -16,6 +16,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
+    FMU2Model,
     FMU2Slave,
     defaultCallbacks,
     fmi2CallbackFunctions,
@@ -51,13 +52,16 @@ class _Buffer:
 
 
 class FmuClient:
-    """One instance of an FMI 2.0 co-simulation FMU, in Initialization Mode until the first step.
+    """One instance of an FMI 2.0 FMU, in Initialization Mode until the first step.
 
-    States and derivatives are those of the FMU's `<Derivatives>`, controls its inputs, unless they are named. Use it as
-    a context manager, or call `close`: the unpacked FMU lies in a temporary folder.
+    An FMU for model exchange only evaluates derivatives too, but takes no steps. States and derivatives are those of
+    the FMU's `<Derivatives>`, controls its inputs, unless they are named: an FMU with other names serves as well. Use
+    it as a context manager, or call `close`: the unpacked FMU lies in a temporary folder.
 
     Attributes:
         states, derivatives, controls: names of the arguments and results of `evaluate`, in order.
+        jacobian: exact slopes of the derivatives, a function (see `_jacobian`); None if the FMU has no directional
+            derivatives.
         messages: the FMU's log so far.
         time_s: the communication point.
         instance: FMPy's object of the instance, for calls that are not here.
@@ -82,6 +86,7 @@ class FmuClient:
         self.time_s = 0.0
         self._is_open = self._is_stepping = False
         self.description = _read_description(Path(path))
+        self._interface = self.description.coSimulation or self.description.modelExchange
         variables = self.description.modelVariables
         self._references, self._booleans = (
             {variable.name: variable.valueReference for variable in variables if variable.type == kind}
@@ -94,6 +99,7 @@ class FmuClient:
         self.controls = tuple(inputs if controls is None else controls)
         self._buffers: dict[tuple[str, ...], _Buffer] = {}
         self._known, self._rates = self._buffer(self.states + self.controls), self._buffer(self.derivatives)
+        self.jacobian = self._jacobian if self._interface.providesDirectionalDerivative else None
         self._start_values = dict(start_values or {})
         self._buffer(tuple(self._start_values))
         self._folder = tempfile.TemporaryDirectory(prefix="gtm_fmu_")
@@ -183,12 +189,52 @@ class FmuClient:
         self._read(self._rates)
         return self._rates.values.copy()
 
+    def _jacobian(self, x, u, columns: Sequence[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """State derivatives (n,) and their slopes (n, k) in ``columns`` of states and controls, default all n + m.
+
+        Raises:
+            FmuError: as `evaluate`.
+        """
+        rates = self.evaluate(x, u)
+        columns = range(self._known.count) if columns is None else columns
+        slopes = np.empty((len(columns), len(rates)))
+        known, seed, out = (ctypes.c_uint * 1)(), (ctypes.c_double * 1)(1.0), self._rates
+        differentiate = self._functions().fmi2GetDirectionalDerivative
+        for slope, column in zip(slopes, columns, strict=True):
+            known[0] = self._known.references[column]
+            status = differentiate(self._component, out.references, out.count, known, 1, seed, out.memory)
+            self._check("differentiate", status)
+            slope[:] = out.values
+        return rates, slopes.T
+
+    def si_factors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What the declared units of states, controls and derivatives are in SI; 1 where none is declared."""
+        factors = {unit.name: unit.baseUnit.factor for unit in self.description.unitDefinitions if unit.baseUnit}
+        units = {v.name: v.unit or getattr(v.declaredType, "unit", None) for v in self.description.modelVariables}
+        states, controls, rates = (
+            np.array([float(factors.get(units[name], 1.0)) for name in names])
+            for names in (self.states, self.controls, self.derivatives)
+        )
+        return states, controls, rates
+
+    def nominal(self, names: Sequence[str]) -> np.ndarray:
+        """Nominal values of real variables, 1 where none is declared.
+
+        Raises:
+            InputError: an unknown name.
+        """
+        self._buffer(tuple(names))
+        declared = {variable.name: variable.nominal for variable in self.description.modelVariables}
+        return np.array([float(declared[name] or 1.0) for name in names])
+
     def step(self, duration_s: float) -> None:
         """One communication step.
 
         Raises:
-            FmuError: the FMU refuses the step; all values are as before it.
+            FmuError: the FMU refuses the step, and all values are as before it; or it is for model exchange only.
         """
+        if self.description.coSimulation is None:
+            raise FmuError(f"{self.description.modelName} is for model exchange only: it takes no steps of its own.")
         if not self._is_stepping:
             self._check("initialization", self._functions().fmi2ExitInitializationMode(self._component))
             self._is_stepping = True
@@ -231,10 +277,10 @@ class FmuClient:
             raise InputError(f"The temporary folder '{self._folder.name}' must have a plain ASCII name: set TMPDIR.")
         try:
             fmpy.extract(path, self._folder.name)
-            self.instance = FMU2Slave(
+            self.instance = (FMU2Slave if self.description.coSimulation else FMU2Model)(
                 guid=self.description.guid,
                 unzipDirectory=self._folder.name,
-                modelIdentifier=self.description.coSimulation.modelIdentifier,
+                modelIdentifier=self._interface.modelIdentifier,
                 instanceName=self.description.modelName,
             )
         except Exception as error:
@@ -305,7 +351,7 @@ class FmuClient:
 
 
 def _read_description(path: Path) -> ModelDescription:
-    """Description of an FMI 2.0 co-simulation FMU."""
+    """Description of an FMI 2.0 FMU."""
     if not path.is_file():
         raise InputError(f"There is no FMU '{path}': give a file that build_fmu.py has made.")
     try:
@@ -315,8 +361,8 @@ def _read_description(path: Path) -> ModelDescription:
     except Exception as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"'{path}' has no valid model description ({reason}): build it again.") from error
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise InputError(f"'{path}' is not an FMI 2.0 co-simulation FMU, the only kind that is driven here.")
+    if description.fmiVersion != "2.0" or not (description.coSimulation or description.modelExchange):
+        raise InputError(f"'{path}' is not an FMI 2.0 FMU, the only kind that is driven here.")
     return description
 
 

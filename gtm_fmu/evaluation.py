@@ -1,12 +1,13 @@
-"""The airframe seen through an FMU: derivatives and their first-order differences in the specification's units."""
+"""An airframe, or any system, seen through an FMU: derivatives and their slopes in units of one's own."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 import casadi as ca
 import numpy as np
 
 from fmu_src.dynamics_variables import dynamics_description
-from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES
+from gtm_fmu.airframe.names import LINEAR_STATES, STATES
 
 LINEAR_ROWS = np.array([STATES.index(name) for name in LINEAR_STATES])
 ALTITUDE = STATES.index("altitude")
@@ -18,114 +19,147 @@ EPSILON = 1e-6
 
 
 class DerivativeEvaluator(Protocol):
-    """What evaluates derivatives: an `FmuClient` of GtmDynamics, or anything else that can."""
+    """What evaluates derivatives: an `FmuClient`, or anything else that can.
+
+    One with an attribute ``jacobian`` that is not None also gives their exact slopes, as the client's does; one with a
+    method ``si_factors`` says what its units are in SI. Otherwise slopes are differences, and units SI.
+    """
 
     def evaluate(self, x, u) -> np.ndarray:
-        """State derivatives (12) at states x (12) and controls u (4), all in SI as in the FMU."""
+        """State derivatives (n) at states x (n) and controls u (m)."""
 
 
-class FmuAirframe:
-    """State derivatives of an evaluator in the specification's units."""
+class FmuSystem:
+    """State derivatives of an evaluator, and their slopes, in units of one's own."""
 
-    def __init__(self, evaluator: DerivativeEvaluator):
-        """Take units and ranges from the FMU's table of variables."""
-        variables = dynamics_description().groups
+    def __init__(self, evaluator: DerivativeEvaluator, x_scale, u_scale, dx_scale=None, rows=None, u_range=None):
+        """Say what the own units are in those of the evaluator.
+
+        Args:
+            x_scale, u_scale, dx_scale: of states (n), controls (m) and derivatives (n; default: of the states).
+            rows: the states with slopes (k); default: all.
+            u_range: lower and upper ends (m each) of the controls, in own units, that no difference leaves.
+        """
         self._evaluator = evaluator
-        self._x_scale, self._u_scale = (
-            np.array([variable.scale for variable in variables[group]]) for group in ("states", "controls")
-        )
-        self._least_u = np.array([variable.minimum for variable in variables["controls"]]) / self._u_scale
-        self._most_u = np.array([variable.maximum for variable in variables["controls"]]) / self._u_scale
+        self._x_scale, self._u_scale = np.asarray(x_scale, dtype=float), np.asarray(u_scale, dtype=float)
+        self._dx_scale = self._x_scale if dx_scale is None else np.asarray(dx_scale, dtype=float)
+        self._rows = np.arange(len(self._x_scale)) if rows is None else rows
+        self._u_range = (-np.inf, np.inf) if u_range is None else u_range
+        self._columns = np.append(self._rows, len(self._x_scale) + np.arange(len(self._u_scale)))
+        self._column_scale = np.append(self._x_scale, self._u_scale)[self._columns]
 
     def derivatives(self, x, u) -> np.ndarray:
-        """State derivatives (12) at x (12) and u (4)."""
-        return self._evaluator.evaluate(x * self._x_scale, u * self._u_scale) / self._x_scale
+        """State derivatives (n) at x (n) and u (m)."""
+        return self._evaluator.evaluate(x * self._x_scale, u * self._u_scale) / self._dx_scale
+
+    def slopes(self, x, u) -> tuple[np.ndarray, np.ndarray]:
+        """State derivatives (n) and their slopes (n, k + m): exact if the evaluator has them, else `differences`."""
+        exact = getattr(self._evaluator, "jacobian", None)
+        if exact is None:
+            return self.differences(x, u)
+        dx, jacobian = exact(x * self._x_scale, u * self._u_scale, self._columns)
+        return dx / self._dx_scale, jacobian * self._column_scale / self._dx_scale[:, None]
 
     def differences(self, x, u, epsilon: float = EPSILON) -> tuple[np.ndarray, np.ndarray]:
-        """State derivatives (12) and their first-order differences (12, 8 + 4) in `LINEAR_STATES` and the controls.
+        """State derivatives (n) and their first-order differences (n, k + m).
 
         A control whose step would leave its full range, where the FMU holds it, is stepped the other way. With a
         negative epsilon the differences are backward ones.
         """
-        evaluate, n = self._evaluator.evaluate, len(LINEAR_STATES)
+        evaluate, n = self._evaluator.evaluate, len(self._rows)
         at, u_at = x * self._x_scale, u * self._u_scale
         dx = evaluate(at, u_at)
-        steps = np.full(n + len(CONTROLS), epsilon)
-        leaves_range = (u + epsilon > self._most_u) | (u + epsilon < self._least_u)
+        steps = np.full(len(self._columns), epsilon)
+        leaves_range = (u + epsilon < self._u_range[0]) | (u + epsilon > self._u_range[1])
         steps[n:][leaves_range] *= -1
         slopes = np.empty((len(steps), len(dx)))
-        entries = [(at, row) for row in LINEAR_ROWS] + [(u_at, row) for row in range(len(CONTROLS))]
-        step_sizes = steps * np.append(self._x_scale[LINEAR_ROWS], self._u_scale)
-        for slope, (vector, row), step in zip(slopes, entries, step_sizes, strict=True):
+        entries = [(at, row) for row in self._rows] + [(u_at, row) for row in range(len(u_at))]
+        for slope, (vector, row), step in zip(slopes, entries, steps * self._column_scale, strict=True):
             kept = vector[row]
             vector[row] += step
             slope[:] = evaluate(at, u_at) - dx
             vector[row] = kept
-        return dx / self._x_scale, (slopes / self._x_scale / steps[:, None]).T
+        return dx / self._dx_scale, (slopes / self._dx_scale / steps[:, None]).T
 
 
-class _OverFmu(ca.Callback):
-    """CasADi function of one vector (13): linear states, controls and altitude. Buffers spare conversions."""
+class FmuAirframe(FmuSystem):
+    """An aircraft in the specification's units, with slopes in `LINEAR_STATES` and the controls.
 
-    SIZE = len(LINEAR_STATES) + len(CONTROLS) + 1
+    Any aircraft will do whose FMU has our states and controls, under whatever names: give them to the `FmuClient` in
+    the order of `names.STATES` and `names.CONTROLS`. Units are those that the FMU declares.
+    """
 
-    def __init__(self, name: str, airframe: FmuAirframe):
+    def __init__(self, evaluator: DerivativeEvaluator):
+        """Take units and ranges from the table of variables, and the FMU's own units if it declares any."""
+        groups = dynamics_description().groups
+        x_scale, u_scale = ([variable.scale for variable in groups[group]] for group in ("states", "controls"))
+        scales = np.array(x_scale), np.array(u_scale), np.array(x_scale)
+        ends = [np.array([getattr(v, end) for v in groups["controls"]]) / u_scale for end in ("minimum", "maximum")]
+        factors = getattr(evaluator, "si_factors", None)
+        if factors is not None:
+            scales = tuple(scale / factor for scale, factor in zip(scales, factors(), strict=True))
+        super().__init__(evaluator, *scales, rows=LINEAR_ROWS, u_range=ends)
+
+
+class FmuFunction(ca.Callback):
+    """A function of one vector by FMU evaluations, with its Jacobian, inside CasADi; buffers spare conversions.
+
+    Keep it as long as what is made of it: CasADi does not own it.
+    """
+
+    def __init__(self, name: str, sizes: tuple[int, int], value: Callable, slopes: Callable):
+        """Stand for ``value``, of z (n) an array (m), and its ``slopes`` (m, n), where (n, m) are the sizes."""
         super().__init__()
-        self._airframe, self._x = airframe, np.zeros(len(STATES))
+        self._sizes, self._value, self._slopes = sizes, value, slopes
         self.construct(name, {})
-
-    def has_eval_buffer(self):
-        return True
-
-    def _state_and_controls(self, arguments) -> tuple[np.ndarray, np.ndarray]:
-        values = np.frombuffer(arguments[0])
-        self._x[LINEAR_ROWS], self._x[ALTITUDE] = values[: len(LINEAR_STATES)], values[-1]
-        return self._x, values[len(LINEAR_STATES) : -1]
-
-
-class Accelerations(_OverFmu):
-    """The accelerations (6) of linear states, controls and altitude (13), by FMU evaluations inside CasADi."""
-
-    def __init__(self, airframe: FmuAirframe):
-        """Stand for the FMU behind ``airframe``."""
-        super().__init__("accelerations", airframe)
 
     def get_sparsity_in(self, _):
         """One column."""
-        return ca.Sparsity.dense(self.SIZE, 1)
+        return ca.Sparsity.dense(self._sizes[0], 1)
 
     def get_sparsity_out(self, _):
         """One column."""
-        return ca.Sparsity.dense(ACCELERATIONS, 1)
+        return ca.Sparsity.dense(self._sizes[1], 1)
+
+    def has_eval_buffer(self):
+        """Always."""
+        return True
 
     def eval_buffer(self, arguments, results):
-        """One FMU evaluation."""
-        np.frombuffer(results[0])[:] = self._airframe.derivatives(*self._state_and_controls(arguments))[:ACCELERATIONS]
+        """One evaluation."""
+        np.frombuffer(results[0])[:] = self._value(np.frombuffer(arguments[0]))
         return 0
 
     def has_jacobian(self):
-        """By first-order differences."""
+        """By the slopes."""
         return True
 
     def get_jacobian(self, name, *_):
         """The Jacobian's function; kept here, since CasADi does not own it."""
-        self._slopes = _AccelerationSlopes(name, self._airframe)
-        return self._slopes
+        self._jacobian = _Jacobian(name, self._sizes, self._slopes)
+        return self._jacobian
 
 
-class _AccelerationSlopes(_OverFmu):
-    """Jacobian (6, 13) of `Accelerations`; the altitude, a constant of a trim, gets no column."""
+class _Jacobian(ca.Callback):
+    """Jacobian (m, n) of an `FmuFunction`, of its argument and its value, which is not used."""
+
+    def __init__(self, name: str, sizes: tuple[int, int], slopes: Callable):
+        super().__init__()
+        self._sizes, self._slopes = sizes, slopes
+        self.construct(name, {})
 
     def get_n_in(self):
         return 2
 
     def get_sparsity_in(self, i):
-        return (ca.Sparsity.dense(self.SIZE, 1), ca.Sparsity(ACCELERATIONS, 1))[i]
+        return (ca.Sparsity.dense(self._sizes[0], 1), ca.Sparsity(self._sizes[1], 1))[i]
 
     def get_sparsity_out(self, _):
-        return ca.horzcat(ca.Sparsity.dense(ACCELERATIONS, self.SIZE - 1), ca.Sparsity(ACCELERATIONS, 1))
+        return ca.Sparsity.dense(self._sizes[1], self._sizes[0])
+
+    def has_eval_buffer(self):
+        return True
 
     def eval_buffer(self, arguments, results):
-        _, slopes = self._airframe.differences(*self._state_and_controls(arguments))
-        np.frombuffer(results[0])[:] = slopes[:ACCELERATIONS].ravel(order="F")
+        np.frombuffer(results[0])[:] = self._slopes(np.frombuffer(arguments[0])).ravel(order="F")
         return 0

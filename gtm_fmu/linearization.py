@@ -1,4 +1,4 @@
-"""Linear models at a trim: exact, or by first-order differences over an FMU; stability and controllability.
+"""Linear models at a trim: exact, or over an FMU; stability and controllability.
 
 States u v w p q r phi theta in ft/s, rad/s, rad; inputs elevator, aileron, rudder in deg, throttle in %, without the
 jammed ones. The exact slopes at a breakpoint of the aerodynamic tables are those of the interval above it.
@@ -118,10 +118,14 @@ def linearize(trim: Trim, limits: ControlLimits | Failure | None = None) -> Line
     return _without_jammed(*slopes(*trim.state_and_controls, trim.configuration, failure.controls), failure)
 
 
-def linearize_fmu(airframe, trim: Trim, limits: ControlLimits | None = None, **step: float) -> LinearModel:
-    """The paper's linear model: first-order differences (eqs 33-34) over an `evaluation.FmuAirframe`."""
-    _, differences = airframe.differences(*trim.state_and_controls, **step)
-    A, B = np.hsplit(differences[_ROWS], [len(_ROWS)])
+def linearize_fmu(airframe, trim: Trim, limits: ControlLimits | Failure | None = None, **step: float) -> LinearModel:
+    """Linear model at a trim over an `evaluation.FmuAirframe`.
+
+    By the FMU's directional derivatives if it has any, else, or where a step ``epsilon`` is given, by the paper's
+    first-order differences (eqs 33-34).
+    """
+    differentiate = airframe.differences if step else airframe.slopes
+    A, B = np.hsplit(differentiate(*trim.state_and_controls, **step)[1][_ROWS], [len(_ROWS)])
     return _without_jammed(A, B, Failure.of(limits))
 
 

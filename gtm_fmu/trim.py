@@ -5,6 +5,9 @@ Theta and the body rates follow from them in closed form (eqs 22-28), the accele
 
     min beta^2   subject to   F(y) = 0,  lower <= y <= upper.
 
+Slopes of F are the FMU's own directional derivatives where it has them (the native FMUs do), first-order differences
+otherwise.
+
 With a jammed rudder the trim is unique; among the family that a movable one leaves, sideslip chooses, as in
 `gtm_fmu.steady`. If no trim lies inside the bounds, the answer is a point where the paper's cost (Q = 1) is small:
 
@@ -26,16 +29,16 @@ import numpy as np
 
 from gtm_fmu import manoeuvre
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
-from gtm_fmu.airframe.names import LINEAR_STATES, STATES, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES, TRIM_UNKNOWNS
 from gtm_fmu.airframe.steady_manoeuvre import steady_manoeuvre
 from gtm_fmu.core import solver
 from gtm_fmu.evaluation import (
     ACCELERATIONS,
     ALTITUDE,
     LINEAR_ROWS,
-    Accelerations,
     DerivativeEvaluator,
     FmuAirframe,
+    FmuFunction,
 )
 from gtm_fmu.failures import ControlLimits, Range
 from gtm_fmu.manoeuvre import (
@@ -82,7 +85,8 @@ class FmuTrimmer:
         self._airframe = FmuAirframe(evaluator)
         self._scale = solver.scale()
         self._known = _known_values()
-        self._accelerations = Accelerations(self._airframe)  # kept here, since CasADi does not own it
+        sizes = len(LINEAR_STATES) + len(CONTROLS) + 1, ACCELERATIONS
+        self._accelerations = FmuFunction("accelerations", sizes, self._known_accelerations, self._known_slopes)
         y, misses, parameters = ca.MX.sym("y", NT), ca.MX.sym("misses", ACCELERATIONS), ca.MX.sym("parameters", 4)
         altitude, gamma = parameters[0], parameters[1]
         F = self._accelerations(ca.vertcat(self._known(y * self._scale, gamma)[0], altitude))
@@ -197,29 +201,31 @@ class FmuTrimmer:
         if len(at_bounds) < freedoms and abs(y[BETA]) < NEAR * self._scale[BETA]:
             y[BETA], movable[BETA] = 0.0, False
         for _ in range(MOST_NEWTON_STEPS):
-            F, slopes = self._differences(y, at)
+            F, slopes = self._slopes(y, at)
             if not POLISHED < np.abs(F).max() < CLOSE:
                 break
             y[movable] -= self._scale[movable] * np.linalg.lstsq(slopes[:, movable] * self._scale[movable], F)[0]
         return y
 
-    def _state_and_controls(self, y, at):
-        """State x (12) and controls u (4) of unknowns y, and their slopes (12, 9) in linear states and controls."""
-        altitude, gamma = at
-        known, slopes = (value.full() for value in self._known(y, gamma))
-        x = np.zeros(len(STATES))
-        x[LINEAR_ROWS], x[ALTITUDE] = known[: len(LINEAR_STATES), 0], altitude
-        return x, known[len(LINEAR_STATES) :, 0], slopes
+    def _known_accelerations(self, known) -> np.ndarray:
+        """Accelerations F (6) of linear states, controls and altitude (13)."""
+        return self._airframe.derivatives(*_state_and_controls(known))[:ACCELERATIONS]
+
+    def _known_slopes(self, known) -> np.ndarray:
+        """Their slopes (6, 13); that in the altitude, a constant of a trim, is left at zero."""
+        slopes = self._airframe.slopes(*_state_and_controls(known))[1][:ACCELERATIONS]
+        return np.column_stack([slopes, np.zeros(ACCELERATIONS)])
 
     def _residuals(self, y, at) -> np.ndarray:
         """Accelerations F (6)."""
-        x, u, _ = self._state_and_controls(y, at)
-        return self._airframe.derivatives(x, u)[:ACCELERATIONS]
+        altitude, gamma = at
+        return self._known_accelerations(np.append(self._known(y, gamma)[0].full()[:, 0], altitude))
 
-    def _differences(self, y, at) -> tuple[np.ndarray, np.ndarray]:
+    def _slopes(self, y, at) -> tuple[np.ndarray, np.ndarray]:
         """Accelerations F (6) and their slopes (6, 9)."""
-        x, u, known_slopes = self._state_and_controls(y, at)
-        dx, slopes = self._airframe.differences(x, u)
+        altitude, gamma = at
+        known, known_slopes = (value.full() for value in self._known(y, gamma))
+        dx, slopes = self._airframe.slopes(*_state_and_controls(np.append(known[:, 0], altitude)))
         return dx[:ACCELERATIONS], slopes[:ACCELERATIONS] @ known_slopes
 
     def _is_trim(self, y, at, lower, upper) -> bool:
@@ -228,6 +234,13 @@ class FmuTrimmer:
     def _is_inside(self, y, lower, upper) -> bool:
         slack = INSIDE * self._scale
         return bool(np.all((lower - slack <= y) & (y <= upper + slack)))
+
+
+def _state_and_controls(known) -> tuple[np.ndarray, np.ndarray]:
+    """State x (12) and controls u (4) of linear states, controls and altitude (13)."""
+    x = np.zeros(len(STATES))
+    x[LINEAR_ROWS], x[ALTITUDE] = known[: len(LINEAR_STATES)], known[-1]
+    return x, known[len(LINEAR_STATES) : -1]
 
 
 def _known_values() -> ca.Function:

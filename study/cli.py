@@ -2,6 +2,9 @@
 
 import json
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -38,7 +41,7 @@ EngineOut = Annotated[Literal["left", "right"] | None, typer.Option(help="The en
 Alpha = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Bounds of the angle of attack in deg.")]
 Phi = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Bounds of the bank angle in deg.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-Fmu = Annotated[Path | None, typer.Option(help="Trim over evaluations of this GtmDynamics.fmu, not of the core.")]
+Fmu = Annotated[Path | None, typer.Option(help="Evaluate this GtmDynamics.fmu, or a native one, not the core.")]
 
 
 def example(command: str) -> str:
@@ -80,23 +83,26 @@ def _failure(damage_case: int, engine_out: str | None, *control_limits: Pair):
     return Failure(ControlLimits(*control_limits), Configuration(damage_case=damage_case, engine_running=running))
 
 
-def _solve(fmu: Path | None, **question):
-    """The trim by the core, or over evaluations of an FMU."""
-    if fmu is None:
-        from gtm_fmu import steady
+@contextmanager
+def _aircraft(fmu: Path | None, failure) -> Iterator[tuple[Callable, Callable]]:
+    """How to trim and how to linearise: by the core, or over evaluations of an FMU."""
+    from gtm_fmu import linearization, steady
 
-        return steady.trim(**question)
-    if question["limits"].airframe is not None:
+    if fmu is None:
+        yield steady.trim, linearization.linearize
+        return
+    if failure.airframe is not None:
         raise InputError(f"'{fmu}' is the undamaged aircraft; leave out --fmu, or --damage-case and --engine-out.")
     from fmu_src.dynamics_variables import dynamics_description
     from gtm_fmu.client import FmuClient, FmuError
+    from gtm_fmu.evaluation import FmuAirframe
     from gtm_fmu.trim import FmuTrimmer
 
     groups = dynamics_description().groups
     states, rates, controls = ([v.name for v in groups[name]] for name in ("states", "derivatives", "controls"))
     try:
         with FmuClient(fmu, states=states, derivatives=rates, controls=controls) as client:
-            return FmuTrimmer(client).trim(**question)
+            yield FmuTrimmer(client).trim, partial(linearization.linearize_fmu, FmuAirframe(client))
     except FmuError as error:
         raise InputError(f"'{fmu}' cannot be evaluated ({error}); give a GtmDynamics.fmu built here.") from error
 
@@ -132,16 +138,8 @@ def trim(
     is printed all the same.
     """
     limits = _failure(damage_case, engine_out, elevator_deg, aileron_deg, rudder_deg, throttle_pct)
-    found = _solve(
-        fmu,
-        altitude_ft=altitude_ft,
-        tas_kt=tas_kt,
-        gamma_deg=gamma_deg,
-        turn_rate_deg_s=turn_rate_deg_s,
-        limits=limits,
-        alpha_deg=alpha_deg,
-        phi_deg=phi_deg,
-    )
+    with _aircraft(fmu, limits) as (solve, _):
+        found = solve(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, limits, alpha_deg, phi_deg)
     show(_described(found, limits), as_json, "Steady manoeuvre")
     if not found.feasible:
         raise typer.Exit(NO_SOLUTION)
@@ -170,23 +168,14 @@ def linearize(
     States u v w p q r phi theta in ft/s, rad/s, rad; inputs elevator, aileron, rudder in deg and throttle in %, without
     the jammed ones. Exit code 3 if the limits leave no such manoeuvre.
     """
-    from gtm_fmu.linearization import linearize as linear_model
-
     limits = _failure(damage_case, engine_out, elevator_deg, aileron_deg, rudder_deg, throttle_pct)
-    found = _solve(
-        fmu,
-        altitude_ft=altitude_ft,
-        tas_kt=tas_kt,
-        gamma_deg=gamma_deg,
-        turn_rate_deg_s=turn_rate_deg_s,
-        limits=limits,
-        alpha_deg=alpha_deg,
-        phi_deg=phi_deg,
-    )
-    if not found.feasible:
+    with _aircraft(fmu, limits) as (solve, linear_model):
+        found = solve(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, limits, alpha_deg, phi_deg)
+        model = linear_model(found, limits) if found.feasible else None
+    if model is None:
         show(_described(found, limits), as_json, "No such steady manoeuvre; the nearest")
         raise typer.Exit(NO_SOLUTION)
-    show(linear_model(found, limits).to_dict(), as_json, "Linear model")
+    show(model.to_dict(), as_json, "Linear model")
 
 
 @app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))

@@ -172,12 +172,12 @@ class TestBadInput:
         with pytest.raises(InputError, match="has no valid model description"):
             FmuClient(file)
 
-    def test_model_exchange(self, path, tmp_path):
+    def test_model_exchange_without_its_functions(self, path, tmp_path):
         def to_model_exchange(xml):
             start, end = xml.index(b"<CoSimulation"), xml.index(b"/>", xml.index(b"<CoSimulation")) + 2
             return xml[:start] + b'<ModelExchange modelIdentifier="GtmDynamics"/>' + xml[end:]
 
-        with pytest.raises(InputError, match=r"is not an FMI 2.0 co-simulation FMU"):
+        with pytest.raises(InputError, match=r"does not load on this platform .*fmi2"):
             FmuClient(self._with_description(path, tmp_path, to_model_exchange))
 
     def test_no_binary_for_this_platform(self, path, tmp_path):

@@ -58,6 +58,17 @@ def test_first_order_differences_over_the_fmu_come_within_their_error(trim, tmp_
     np.testing.assert_allclose(np.sort_complex(paper.eigenvalues), np.sort_complex(exact.eigenvalues), atol=1e-4)
 
 
+def test_directional_derivatives_of_the_native_fmu_are_exact(trim, tmp_path):
+    exact = linearization.linearize(trim, JAM)
+    with FmuClient(build_fmu("dynamics-native", tmp_path)) as client:
+        airframe = FmuAirframe(client)
+        native = linearization.linearize_fmu(airframe, trim, JAM)
+        stepped = linearization.linearize_fmu(airframe, trim, JAM, epsilon=1e-6)
+    np.testing.assert_allclose(native.A, exact.A, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(native.B, exact.B, rtol=1e-12, atol=1e-12)
+    assert 0 < np.abs(stepped.A - exact.A).max() < 1e-2  # a step means the paper's differences
+
+
 def test_python_control_linearises_the_same_system(trim):
     x, u = trim.state_and_controls
 

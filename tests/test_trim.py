@@ -62,6 +62,22 @@ def test_specified_trims_to_the_printed_digits(trimmer, printed):
         assert getattr(found, name) == pytest.approx(float(text), abs=4 * max(half_unit(text), 5e-7)), name
 
 
+def test_directional_derivatives_of_the_native_fmu_give_the_same_trims(trimmer, tmp_path):
+    """Exact slopes instead of differences: to 1e-8, restrictions that end in a glide aside."""
+    compared = 0
+    with FmuClient(build_fmu("dynamics-native", tmp_path)) as client:
+        assert client.jacobian is not None
+        native = FmuTrimmer(client)
+        for question in questions(5, 60):
+            core = steady.trim(*question)
+            found = native.trim(*question)
+            assert found.feasible == core.feasible, question
+            if core.feasible:
+                np.testing.assert_allclose(found.unknowns, core.unknowns, atol=1e-8, err_msg=str(question))
+                compared += 1
+    assert compared > 30
+
+
 def test_two_solvers_agree_on_two_hundred_trims(trimmer):
     """To 1e-6 deg and % at the edge, and on which of the questions have an answer at all."""
     feasible, infeasible = [0, 0, 0], 0
