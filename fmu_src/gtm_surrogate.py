@@ -11,7 +11,7 @@ from .slave import ROUNDING, TableSlave
 
 def load_network(resources: str, name: str) -> ClosedForm:
     """A network of the FMU's resources."""
-    return ClosedForm(json.loads(Path(resources, f"{name}.json").read_text(encoding="utf-8"))["network"])
+    return ClosedForm(json.loads(Path(resources, f"{name}.json").read_text(encoding="utf-8"))["model"])
 
 
 class GtmSurrogate(TableSlave):

@@ -120,6 +120,8 @@ def read_networks(paths: Sequence[Path]) -> list[Network]:
         if (network.inputs, network.outputs) != (inputs, outputs):
             names = ", ".join(name for name, _ in outputs)
             raise InputError(f"'{path}' is not a network of {names} over {', '.join(name for name, _ in inputs)}.")
+        if network.posterior_factor is None:
+            raise InputError(f"'{path}' tells no standard deviation: train it with Bayesian regularisation.")
         found.append(network)
     return found
 
@@ -130,7 +132,7 @@ def surrogate_description(speeds: Network, throttle: Network) -> ModelDescriptio
         f"{variable.name} {least:.6g} .. {greatest:.6g} {variable.display_unit}"
         for variable, (least, greatest) in zip(CASE, speeds.input_ranges, strict=True)
     ]
-    sizes = " and ".join(f"{len(n.inputs)}-{len(n.b1)}-{len(n.outputs)}" for n in (speeds, throttle))
+    sizes = " and ".join("-".join(map(str, network.sizes)) for network in (speeds, throttle))
     return ModelDescription(
         name="GtmSurrogate",
         title="Steady flight envelope of the GTM-T2 with a failed rudder, by trained networks",

@@ -2,52 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from surrogate.evaluation import Variable, evaluate_by_blocks, frozen_array, in_range
 from surrogate.scaling import Array, from_symmetric, to_symmetric
-
-BLOCK = 4096
-"""Samples that are evaluated at once."""
-
-
-class Variable(NamedTuple):
-    """Name and unit of an input or output."""
-
-    name: str
-    unit: str
 
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """One hidden layer of S tansig neurons, from d inputs to m linear outputs (paper eqs. 12, 13).
+    """Layers of tansig neurons, from d inputs to m linear outputs (paper eqs. 12, 13, with one hidden layer).
 
-    With I_p and y_p the inputs and outputs mapped from their ranges to [-1, 1] (eq. 43):
-    y_p = LW tanh(IW I_p + b1) + b2 (eqs. 44, 45; tansig is tanh).
+    With I_p and y_p the inputs and outputs mapped from their ranges to [-1, 1] (eq. 43), a_0 = I_p, and L layers:
+    a_l = tanh(W_l a_(l-1) + b_l) for l < L, and y_p = W_L a_(L-1) + b_L (eqs. 44, 45; tansig is tanh).
     """
 
-    IW: Array
-    """Hidden weights (S, d)."""
-    b1: Array
-    """Hidden biases (S,)."""
-    LW: Array
-    """Output weights (m, S)."""
-    b2: Array
-    """Output biases (m,)."""
+    weights: tuple[Array, ...]
+    """W_1 (S_1, d), W_2 (S_2, S_1), ... W_L (m, S_(L-1)); with one hidden layer the paper's IW and LW."""
+    biases: tuple[Array, ...]
+    """b_1 (S_1,), b_2 (S_2,), ... b_L (m,)."""
     input_ranges: Array
     """Least and greatest value of each input in the training data (d, 2), in the input's unit."""
     target_ranges: Array
     """The same of each target (m, 2)."""
     inputs: tuple[Variable, ...]
     outputs: tuple[Variable, ...]
-    beta: float
-    """Evidence parameter of the errors on [-1, 1]: their variance is 1 / (2 beta)."""
-    posterior_factor: Array
+    beta: float | None = None
+    """Evidence parameter of the errors on [-1, 1]: their variance is 1 / (2 beta). None: not estimated."""
+    posterior_factor: Array | None = None
     """Upper triangular K (P, P): K'K is the posterior covariance of the parameters, as in `parameter_gradient`."""
     metrics: dict[str, float] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
@@ -55,99 +42,120 @@ class Network:
 
     def __post_init__(self) -> None:
         """Check the shapes, and hold every array unchangeable."""
-        S, d, m = len(self.b1), len(self.inputs), len(self.outputs)
-        P = S * (d + 1) + m * (S + 1)
-        shapes = {
-            "IW": (S, d),
-            "b1": (S,),
-            "LW": (m, S),
-            "b2": (m,),
-            "input_ranges": (d, 2),
-            "target_ranges": (m, 2),
-            "posterior_factor": (P, P),
-        }
-        for name, shape in shapes.items():
-            value = np.array(getattr(self, name), dtype=float)
-            if value.shape != shape or not np.isfinite(value).all():
-                raise ValueError(f"{name} of the network must hold finite numbers in the shape {shape}.")
-            value.setflags(write=False)
+        if not len(self.weights) == len(self.biases) > 1:
+            raise ValueError(
+                f"the network has {len(self.weights)} weights and {len(self.biases)} biases, but each of its layers, "
+                "at least two, needs both."
+            )
+        d, m = len(self.inputs), len(self.outputs)
+        sizes = [d, *(len(bias) for bias in self.biases[:-1]), m]
+        layers = [(size, before) for before, size in pairwise(sizes)]
+
+        def checked(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+            return frozen_array(value, shape, f"{name} of the network")
+
+        def set_field(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
-        if not 0.0 < self.beta < np.inf:
+
+        set_field("weights", tuple(checked(f"weights[{k}]", self.weights[k], s) for k, s in enumerate(layers)))
+        set_field("biases", tuple(checked(f"biases[{k}]", self.biases[k], (s,)) for k, (s, _) in enumerate(layers)))
+        set_field("input_ranges", checked("input_ranges", self.input_ranges, (d, 2)))
+        set_field("target_ranges", checked("target_ranges", self.target_ranges, (m, 2)))
+        if self.posterior_factor is not None:
+            P = parameter_count(sizes)
+            set_field("posterior_factor", checked("posterior_factor", self.posterior_factor, (P, P)))
+        if self.beta is not None and not 0.0 < self.beta < np.inf:
             raise ValueError(f"beta of the network is {self.beta}, but must be positive and finite.")
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of inputs, of neurons in each hidden layer, and of outputs: (d, S_1, ..., m)."""
+        return len(self.inputs), *(len(bias) for bias in self.biases)
 
     def predict(self, X: ArrayLike) -> Array:
         """Outputs (..., m) in their units, at the inputs X (..., d) in theirs."""
 
-        def outputs(I_p: Array) -> Array:
-            return from_symmetric(self._hidden(I_p) @ self.LW.T + self.b2, self.target_ranges)
+        def outputs(X: Array) -> Array:
+            y_p = self._activations(X)[-1] @ self.weights[-1].T + self.biases[-1]
+            return from_symmetric(y_p, self.target_ranges)
 
-        return self._by_blocks(outputs, X)
+        return evaluate_by_blocks(outputs, X, self.inputs)
 
     def gradient(self, X: ArrayLike) -> Array:
         """Slopes d output / d input (..., m, d) at X (..., d), in output units per input unit."""
         scale = np.ptp(self.target_ranges, axis=1)[:, None] / np.ptp(self.input_ranges, axis=1)
 
-        def slopes(I_p: Array) -> Array:
-            return (self.LW * (1.0 - self._hidden(I_p) ** 2)[:, None]) @ self.IW * scale
+        def slopes(X: Array) -> Array:
+            return self._sensitivities(self._activations(X))[0] @ self.weights[0] * scale
 
-        return self._by_blocks(slopes, X)
+        return evaluate_by_blocks(slopes, X, self.inputs)
 
     def predict_std(self, X: ArrayLike) -> Array:
         """Standard deviation (..., m) of the outputs at X (..., d), in output units.
 
         Its square is the noise variance 1 / (2 beta) plus g'K'K g, which the uncertain parameters add, with g the
         gradient of the output with respect to them: MacKay's Gaussian approximation at the trained weights.
+
+        Raises:
+            ValueError: the network was trained without Bayesian regularisation.
         """
+        if self.beta is None or self.posterior_factor is None:
+            raise ValueError("the network has no posterior covariance: train it with Bayesian regularisation.")
+        noise, factor = 0.5 / self.beta, self.posterior_factor
 
-        def standard_deviations(I_p: Array) -> Array:
-            Kg = self._parameter_gradient(I_p) @ self.posterior_factor.T
-            return np.sqrt(0.5 / self.beta + np.einsum("nop,nop->no", Kg, Kg))
+        def standard_deviations(X: Array) -> Array:
+            Kg = self._parameter_gradient(X) @ factor.T
+            return np.sqrt(noise + np.einsum("nop,nop->no", Kg, Kg))
 
-        return self._by_blocks(standard_deviations, X) * (np.ptp(self.target_ranges, axis=1) / 2.0)
+        return evaluate_by_blocks(standard_deviations, X, self.inputs) * (np.ptp(self.target_ranges, axis=1) / 2.0)
 
     def parameter_gradient(self, X: ArrayLike) -> Array:
         """Gradient (..., m, P) of the outputs on [-1, 1] with respect to the parameters, at X (..., d).
 
-        The parameters are the rows of [IW, b1], then the rows of [LW, b2].
+        The parameters are the rows of [W_1, b_1], then the rows of [W_2, b_2], and so on.
         """
-        return self._by_blocks(self._parameter_gradient, X)
+        return evaluate_by_blocks(self._parameter_gradient, X, self.inputs)
 
     def in_range(self, X: ArrayLike) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Whether each of the inputs X (..., d) lies inside the ranges of the training data (...,)."""
-        least, greatest = self.input_ranges.T
-        return ((least <= np.asarray(X)) & (np.asarray(X) <= greatest)).all(axis=-1)
+        return in_range(X, self.input_ranges)
 
     def save(self, path: str | Path) -> None:
         """Write the network to a JSON file, in one piece or not at all; `load` gives the same bits back."""
-        from surrogate.storage import write_network
+        from surrogate.storage import write_model
 
-        write_network(self, Path(path))
+        write_model(self, Path(path))
 
     @classmethod
     def load(cls, path: str | Path) -> Network:
         """Read a file that `save` wrote; ValueError, saying what is wrong, for any other file."""
-        from surrogate.storage import read_network
+        from surrogate.storage import read_model
 
-        return read_network(Path(path))
+        return read_model(Path(path), cls)
 
-    def _by_blocks(self, evaluate: Callable[[Array], Array], X: ArrayLike) -> Array:
-        """A function of scaled inputs (n, d) at X (..., d), in blocks that stay in the processor's cache."""
-        X = np.asarray(X, dtype=float)
-        if X.ndim == 0 or X.shape[-1] != len(self.inputs):
-            names = ", ".join(variable.name for variable in self.inputs)
-            raise ValueError(f"the inputs have the shape {X.shape}, but the last axis must hold {names}.")
-        if not np.isfinite(X).all():
-            raise ValueError("the inputs hold values that are not finite: leave those samples out.")
-        samples = X.reshape(-1, len(self.inputs))
-        starts = range(0, max(len(samples), 1), BLOCK)
-        blocks = [evaluate(to_symmetric(samples[start : start + BLOCK], self.input_ranges)) for start in starts]
-        return np.concatenate(blocks).reshape(*X.shape[:-1], *blocks[0].shape[1:])
+    def _activations(self, X: Array) -> list[Array]:
+        """Scaled inputs a_0 (n, d), and the outputs a_l (n, S_l) of the hidden layers."""
+        a = [to_symmetric(X, self.input_ranges)]
+        for W, b in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            a.append(np.tanh(a[-1] @ W.T + b))
+        return a
 
-    def _hidden(self, I_p: Array) -> Array:
-        return np.tanh(I_p @ self.IW.T + self.b1)
+    def _sensitivities(self, a: list[Array]) -> list[Array]:
+        """Slopes (n, m, S_l) of the outputs on [-1, 1] with respect to W_l a_(l-1) + b_l, for each layer l."""
+        delta = [np.broadcast_to(np.eye(len(self.outputs)), (len(a[0]), len(self.outputs), len(self.outputs)))]
+        for W, a_l in zip(self.weights[:0:-1], a[:0:-1], strict=True):
+            delta.insert(0, (delta[0] @ W) * (1.0 - a_l**2)[:, None])
+        return delta
 
-    def _parameter_gradient(self, I_p: Array) -> Array:
-        a, ones = self._hidden(I_p), np.ones((len(I_p), 1))
-        hidden = (self.LW * (1.0 - a**2)[:, None])[..., None] * np.hstack([I_p, ones])[:, None, None]
-        output = np.eye(len(self.outputs))[:, :, None] * np.hstack([a, ones])[:, None, None]
-        return np.concatenate([part.reshape(*part.shape[:2], -1) for part in (hidden, output)], axis=2)
+    def _parameter_gradient(self, X: Array) -> Array:
+        a, ones = self._activations(X), np.ones((len(X), 1))
+        parts = [
+            delta[..., None] * np.hstack([a_l, ones])[:, None, None]
+            for delta, a_l in zip(self._sensitivities(a), a, strict=True)
+        ]
+        return np.concatenate([part.reshape(*part.shape[:2], -1) for part in parts], axis=2)
+
+
+def parameter_count(sizes: tuple[int, ...] | list[int]) -> int:
+    """Number P of weights and biases of a network with these layer sizes."""
+    return sum(size * (before + 1) for before, size in pairwise(sizes))

@@ -13,7 +13,9 @@ a_s and 1. J itself is never formed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,27 +26,34 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-def nguyen_widrow(rng: np.random.Generator, n_inputs: int, hidden: int, n_outputs: int) -> Array:
+def nguyen_widrow(rng: np.random.Generator, sizes: Sequence[int]) -> Array:
     """Initial parameters (P,) of one network for inputs on [-1, 1] (Nguyen and Widrow, IJCNN 1990).
 
-    The rows of IW have random directions and the length 0.7 S^(1/d), and the biases spread the centres of the neurons
-    evenly over the range of the inputs. The output layer starts uniform on [-1, 1].
+    `sizes` are the numbers of inputs, of neurons in each hidden layer, and of outputs. The rows of a hidden layer's
+    weights (S, d) have random directions and the length 0.7 S^(1/d), and its biases spread the centres of the neurons
+    evenly over the range of what comes in, which is [-1, 1] behind a hidden layer too. The output layer starts uniform
+    on [-1, 1].
     """
-    length = 0.7 * hidden ** (1.0 / n_inputs)
-    IW = rng.standard_normal((hidden, n_inputs))
-    IW *= length / np.linalg.norm(IW, axis=1, keepdims=True)
-    spread = np.linspace(-1.0, 1.0, hidden) if hidden > 1 else np.zeros(1)
-    b1 = length * spread * np.sign(IW[:, 0])
-    W2 = rng.uniform(-1.0, 1.0, (n_outputs, hidden + 1))
-    return np.concatenate([np.column_stack([IW, b1]).ravel(), W2.ravel()])
+    layers = []
+    for d, S in pairwise(sizes[:-1]):
+        length = 0.7 * S ** (1.0 / d)
+        W = rng.standard_normal((S, d))
+        W *= length / np.linalg.norm(W, axis=1, keepdims=True)
+        spread = np.linspace(-1.0, 1.0, S) if S > 1 else np.zeros(1)
+        layers.append(np.column_stack([W, length * spread * np.sign(W[:, 0])]))
+    layers.append(rng.uniform(-1.0, 1.0, (sizes[-1], sizes[-2] + 1)))
+    return np.concatenate([layer.ravel() for layer in layers])
 
 
-def split_parameters(w: Array, n_inputs: int, hidden: int, n_outputs: int) -> tuple[Array, Array, Array, Array]:
-    """IW (S, d), b1 (S,), LW (m, S) and b2 (m,) of the parameters w (P,)."""
-    hidden_size = hidden * (n_inputs + 1)
-    W1 = w[:hidden_size].reshape(hidden, n_inputs + 1)
-    W2 = w[hidden_size:].reshape(n_outputs, hidden + 1)
-    return W1[:, :-1], W1[:, -1], W2[:, :-1], W2[:, -1]
+def split_parameters(w: Array, sizes: Sequence[int]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Weights (S_l, S_(l-1)) and biases (S_l,) of every layer, from the parameters w (P,)."""
+    weights, biases, first = [], [], 0
+    for before, size in pairwise(sizes):
+        layer = w[first : first + size * (before + 1)].reshape(size, before + 1)
+        weights.append(layer[:, :-1])
+        biases.append(layer[:, -1])
+        first += layer.size
+    return tuple(weights), tuple(biases)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A network as a JSON file: exact numbers, the same bytes for the same network, a checksum, a format version."""
+"""A fitted model as a JSON file: exact numbers, the same bytes for the same model, a checksum, a format version."""
 
 from __future__ import annotations
 
@@ -6,58 +6,96 @@ import hashlib
 import json
 import os
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from surrogate.network import Network, Variable
+from surrogate.evaluation import Variable
+from surrogate.local_models import LocalModelNetwork
+from surrogate.network import Network
+from surrogate.partitions import AxisPartition, ObliquePartition, Partition, SplitTree
 
-FORMAT = "surrogate.Network"
-VERSION = 1
+VERSION = 2
+FORMATS: dict[str, type] = {"surrogate.Network": Network, "surrogate.LocalModelNetwork": LocalModelNetwork}
+PARTITIONS: dict[str, type[Partition]] = {"axis": AxisPartition, "oblique": ObliquePartition}
+
+Model = TypeVar("Model", Network, LocalModelNetwork)
 
 
-def write_network(network: Network, path: Path) -> None:
-    """Write the network to `path`, through a temporary file beside it."""
-    content = {f.name: _plain(getattr(network, f.name)) for f in fields(network)}
-    document = {"format": FORMAT, "version": VERSION, "checksum": _checksum(content), "network": content}
+def write_model(model: Network | LocalModelNetwork, path: Path) -> None:
+    """Write the model to `path`, through a temporary file beside it."""
+    [name] = (name for name, kind in FORMATS.items() if isinstance(model, kind))
+    content = _plain(model)
+    document = {"format": name, "version": VERSION, "checksum": _checksum(content), "model": content}
     text = json.dumps(document, sort_keys=True, allow_nan=False, separators=(",", ":")) + "\n"
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         temporary.write_text(text, encoding="utf-8")
         os.replace(temporary, path)
     except OSError as error:
-        raise ValueError(f"cannot write the network file '{path}' ({error.strerror}): choose another place.") from error
+        raise ValueError(f"cannot write the model file '{path}' ({error.strerror}): choose another place.") from error
     finally:
         with suppress(OSError):
             temporary.unlink()
 
 
-def read_network(path: Path) -> Network:
-    """The network in `path`; ValueError where the file is missing, foreign, damaged or of another version."""
+def load_model(path: str | Path) -> Network | LocalModelNetwork:
+    """The model in a file, whichever kind it is; ValueError where it is missing, foreign, damaged or too new."""
+    return _read(Path(path))
+
+
+def read_model(path: Path, kind: type[Model]) -> Model:
+    """The same, of this kind only."""
+    model = _read(path)
+    if not isinstance(model, kind):
+        raise ValueError(f"'{path}' holds a {type(model).__name__}, but a {kind.__name__} is needed: give its file.")
+    return model
+
+
+def _read(path: Path) -> Network | LocalModelNetwork:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ValueError(f"cannot read the network file '{path}' ({error.strerror}): give another path.") from error
+        raise ValueError(f"cannot read the model file '{path}' ({error.strerror}): give another path.") from error
     except ValueError as error:
-        raise ValueError(f"'{path}' is not a network file or is damaged: save the network again.") from error
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise ValueError(f"'{path}' is a JSON file but holds no network: give a file that was saved by Network.save.")
+        raise ValueError(f"'{path}' is not a model file or is damaged: save the model again.") from error
+    if not isinstance(document, dict) or document.get("format") not in FORMATS:
+        raise ValueError(f"'{path}' is a JSON file but holds no model: give a file that a model's `save` wrote.")
     if document.get("version") != VERSION:
         raise ValueError(f"'{path}' has the format version {document.get('version')}, but only {VERSION} can be read.")
-    content = document.get("network")
+    content = document.get("model")
     if not isinstance(content, dict) or document.get("checksum") != _checksum(content):
-        raise ValueError(f"'{path}' is damaged, as its checksum does not match its content: save the network again.")
+        raise ValueError(f"'{path}' is damaged, as its checksum does not match its content: save the model again.")
     try:
         inputs, outputs = (tuple(Variable(*pair) for pair in content.pop(key)) for key in ("inputs", "outputs"))
-        return Network(inputs=inputs, outputs=outputs, **content)
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"'{path}' holds a network that does not fit together ({error}): save it again.") from error
+        if "partition" in content:
+            content["partition"] = _partition(content["partition"])
+        model: Network | LocalModelNetwork = FORMATS[document["format"]](inputs=inputs, outputs=outputs, **content)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"'{path}' holds a model that does not fit together ({error}): save it again.") from error
+    return model
+
+
+def _partition(content: dict[str, Any]) -> Partition:
+    kind = PARTITIONS[content.pop("kind")]
+    return kind(**content | {"tree": SplitTree(**content["tree"])})
 
 
 def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray) else value
+    """Dataclasses as objects, arrays as lists; a partition says its kind."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    if not is_dataclass(value):
+        return value
+    content = {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    for name, kind in PARTITIONS.items():
+        if isinstance(value, kind):
+            content["kind"] = name
+    return content
 
 
 def _checksum(content: dict[str, Any]) -> str:

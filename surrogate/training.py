@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from surrogate.bayesian_regularization import Fit, History, Schedule, train
-from surrogate.network import Network, Variable
+from surrogate.evaluation import Variable
+from surrogate.network import Network
 from surrogate.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 from surrogate.scaling import Array, column_ranges, to_symmetric
 
@@ -44,18 +45,14 @@ def train_networks(
     input_ranges = column_ranges(X, [name for name, _ in inputs])
     target_ranges = column_ranges(Y, [name for name, _ in outputs])
 
-    shape = X.shape[1], hidden, Y.shape[1]
-    weights = np.stack([nguyen_widrow(generator(seed, "weights", j), *shape) for j in range(len(rows))])
+    sizes = X.shape[1], hidden, Y.shape[1]
+    weights = np.stack([nguyen_widrow(generator(seed, "weights", j), sizes) for j in range(len(rows))])
     batch = PerceptronBatch.from_samples(to_symmetric(X, input_ranges), to_symmetric(Y, target_ranges), rows, hidden)
     fits = train(batch, weights, schedule or Schedule(), progress)
 
     def network(j: int, fit: Fit) -> Network:
-        IW, b1, LW, b2 = split_parameters(fit.w, *shape)
         return Network(
-            IW,
-            b1,
-            LW,
-            b2,
+            *split_parameters(fit.w, sizes),
             input_ranges,
             target_ranges,
             tuple(Variable(*v) for v in inputs),

@@ -39,10 +39,8 @@ def random_network(seed: int, hidden: int, outputs: tuple, target_range: tuple[f
     count = len(outputs)
     parameters = hidden * (len(CASE) + 1) + count * (hidden + 1)
     return Network(
-        IW=rng.normal(size=(hidden, len(CASE))),
-        b1=rng.normal(size=hidden),
-        LW=0.4 * rng.normal(size=(count, hidden)),
-        b2=0.2 * rng.normal(size=count),
+        weights=(rng.normal(size=(hidden, len(CASE))), 0.4 * rng.normal(size=(count, hidden))),
+        biases=(rng.normal(size=hidden), 0.2 * rng.normal(size=count)),
         input_ranges=np.array(CASE_RANGES),
         target_ranges=np.array([target_range] * count),
         inputs=tuple(Variable(*pair) for pair in CASE),

@@ -135,7 +135,7 @@ class TestBadInput:
     def test_networks_missing(self, tmp_path):
         with pytest.raises(InputError, match="0 networks were given for the surrogate FMU: give speeds and throttle"):
             build("surrogate", tmp_path)
-        with pytest.raises(InputError, match="cannot read the network file"):
+        with pytest.raises(InputError, match="cannot read the model file"):
             build("surrogate", tmp_path, [tmp_path / "a.json", tmp_path / "b.json"])
 
     def test_networks_swapped(self, networks, tmp_path):
@@ -144,7 +144,7 @@ class TestBadInput:
 
     def test_network_damaged(self, networks, tmp_path):
         text = networks[2][0].read_text()
-        weight = str(json.loads(text)["network"]["b1"][0])
+        weight = str(json.loads(text)["model"]["biases"][0][0])
         (tmp_path / "speeds.json").write_text(text.replace(weight, "0.5"))
         with pytest.raises(InputError, match="is damaged"):
             build("surrogate", tmp_path, [tmp_path / "speeds.json", networks[2][1]])

@@ -56,8 +56,7 @@ class TestShippedNetworks:
 
     def test_architecture(self, emulator):
         """4-10-2, as the paper's (section III-D); the domain is that of Table 7."""
-        assert emulator.speeds.IW.shape == (10, 4)
-        assert emulator.speeds.LW.shape == (2, 10)
+        assert emulator.speeds.sizes == (4, 10, 2)
         domain = [(levels[0], levels[-1]) for levels in published.LATTICE_LEVELS.values()]
         for network in (emulator.speeds, emulator.throttle):
             np.testing.assert_array_equal(network.input_ranges, domain)
@@ -175,7 +174,7 @@ class TestFiles:
         assert RudderEmulator.load(tmp_path).predict(5000, 1, (-7, 13)) == emulator.predict(5000, 1, (-7, 13))
 
     def test_folder_that_cannot_be_written(self, emulator, tmp_path):
-        with pytest.raises(InputError, match="cannot write the network file"):
+        with pytest.raises(InputError, match="cannot write the model file"):
             emulator.save(tmp_path / "none")
 
     @pytest.mark.parametrize("change", [{"inputs": 2}, {"outputs": 0}])
@@ -241,5 +240,5 @@ class TestTraining:
     def test_same_seed_same_networks(self, data):
         options = {"rounds": 2, "hidden": 2, "schedule": Schedule(epochs=2)}
         (one, _), (same, _), (other, _) = (train(data, seed, **options) for seed in (3, 3, 4))
-        np.testing.assert_array_equal(one.network.IW, same.network.IW)
-        assert (one.network.IW != other.network.IW).any()
+        np.testing.assert_array_equal(one.network.weights[0], same.network.weights[0])
+        assert (one.network.weights[0] != other.network.weights[0]).any()

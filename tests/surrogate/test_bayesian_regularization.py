@@ -51,7 +51,7 @@ def perceptrons(n_networks: int, seed: int = 0):
     T = np.column_stack([np.sin(3 * X[:, 0]) * X[:, 1], np.tanh(2 * X.sum(axis=1))])
     T += rng.normal(scale=0.02, size=T.shape)
     rows = np.stack([np.random.default_rng(j).permutation(120)[:100] for j in range(n_networks)])
-    w = np.stack([nguyen_widrow(np.random.default_rng(100 + j), 2, 6, 2) for j in range(n_networks)])
+    w = np.stack([nguyen_widrow(np.random.default_rng(100 + j), (2, 6, 2)) for j in range(n_networks)])
     return PerceptronBatch.from_samples(X, T, rows, 6), w
 
 

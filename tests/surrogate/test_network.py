@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from math import exp
 
 import numpy as np
@@ -13,52 +14,55 @@ from surrogate import Network, Schedule, Variable, train_networks
 from tests.surrogate.conftest import INPUTS, OUTPUTS, random_inputs, smooth_function
 
 
+@pytest.fixture(params=[(3, 4, 2), (3, 5, 4, 2)], ids=["one hidden layer", "two"])
+def network(request) -> Network:
+    """Random weights."""
+    return random_network(request.param)
+
+
 @pytest.fixture
-def network() -> Network:
-    """Random weights: 3 inputs, 4 neurons, 2 outputs; P = 26 parameters."""
+def shallow() -> Network:
+    """3 inputs, 4 neurons, 2 outputs; P = 26 parameters."""
+    return random_network((3, 4, 2))
+
+
+def random_network(sizes) -> Network:
     rng = np.random.default_rng(21)
+    layers = list(pairwise(sizes))
+    P = sum(size * (before + 1) for before, size in layers)
     return Network(
-        IW=rng.normal(size=(4, 3)),
-        b1=rng.normal(size=4),
-        LW=rng.normal(size=(2, 4)),
-        b2=rng.normal(size=2),
+        weights=tuple(rng.normal(size=(size, before)) for before, size in layers),
+        biases=tuple(rng.normal(size=size) for _, size in layers),
         input_ranges=np.array([[0.0, 9000.0], [-5.0, 5.0], [-1.0, 1.0]]),
         target_ranges=np.array([[40.0, 140.0], [0.01, 0.03]]),
         inputs=tuple(Variable(*v) for v in INPUTS),
         outputs=tuple(Variable(*v) for v in OUTPUTS),
         beta=50.0,
-        posterior_factor=np.triu(rng.normal(scale=0.05, size=(26, 26))),
+        posterior_factor=np.triu(rng.normal(scale=0.05, size=(P, P))),
     )
 
 
-def test_prediction_is_the_papers_regression_equation(network):
+def test_prediction_is_the_papers_regression_equation(shallow):
     """Equations 43-45 in plain Python, with the paper's exponential form of tansig."""
     x = [6500.0, -1.25, 0.3]
-    I_p = [(i - low) * 2 / (high - low) - 1 for i, (low, high) in zip(x, network.input_ranges, strict=True)]
+    (IW, LW), (b1, b2) = shallow.weights, shallow.biases
+    I_p = [(i - low) * 2 / (high - low) - 1 for i, (low, high) in zip(x, shallow.input_ranges, strict=True)]
     a = [
         2 / (1 + exp(-2 * (sum(w * i for w, i in zip(row, I_p, strict=True)) + b))) - 1
-        for row, b in zip(network.IW, network.b1, strict=True)
+        for row, b in zip(IW, b1, strict=True)
     ]
-    y_p = [sum(w * s for w, s in zip(row, a, strict=True)) + b for row, b in zip(network.LW, network.b2, strict=True)]
-    y = [low + (y + 1) / 2 * (high - low) for y, (low, high) in zip(y_p, network.target_ranges, strict=True)]
-    np.testing.assert_allclose(network.predict(x), y, rtol=1e-13)
+    y_p = [sum(w * s for w, s in zip(row, a, strict=True)) + b for row, b in zip(LW, b2, strict=True)]
+    y = [low + (y + 1) / 2 * (high - low) for y, (low, high) in zip(y_p, shallow.target_ranges, strict=True)]
+    np.testing.assert_allclose(shallow.predict(x), y, rtol=1e-13)
 
 
 def test_prediction_agrees_with_torch_layers(network):
-    hidden, output = torch.nn.Linear(3, 4).double(), torch.nn.Linear(4, 2).double()
-    weights = (
-        (hidden.weight, network.IW),
-        (hidden.bias, network.b1),
-        (output.weight, network.LW),
-        (output.bias, network.b2),
-    )
-    X = random_inputs(200, seed=3)
-    with torch.no_grad():
-        for parameter, value in weights:
-            parameter.copy_(torch.tensor(value))
-        y_p = output(torch.tanh(hidden(torch.tensor(X / [4500.0, 5.0, 1.0] - [1.0, 0.0, 0.0])))).numpy()
+    a = torch.tensor(random_inputs(200, seed=3) / [4500.0, 5.0, 1.0] - [1.0, 0.0, 0.0])
+    for W, b in zip(network.weights, network.biases, strict=True):
+        y_p = torch.nn.functional.linear(a, torch.tensor(W), torch.tensor(b))
+        a = torch.tanh(y_p)
     expected = np.column_stack([90.0 + 50.0 * y_p[:, 0], 0.02 + 0.01 * y_p[:, 1]])
-    np.testing.assert_allclose(network.predict(X), expected, rtol=1e-12)
+    np.testing.assert_allclose(network.predict(random_inputs(200, seed=3)), expected, rtol=1e-12)
 
 
 def test_any_leading_shape_is_evaluated_sample_by_sample(network):
@@ -87,36 +91,36 @@ def test_gradient_agrees_with_central_differences(network):
 
 
 def test_parameter_gradient_agrees_with_central_differences(network):
-    """Parameters in the order of the rows of [IW, b1], then of [LW, b2]; outputs on [-1, 1]."""
+    """Parameters in the order of the rows of [W_1, b_1], then of [W_2, b_2] ...; outputs on [-1, 1]."""
     X, step = random_inputs(10, seed=6), 1e-6
-    names = [(name, i, j) for i in range(4) for name, j in [("IW", 0), ("IW", 1), ("IW", 2), ("b1", None)]]
-    names += [(name, i, j) for i in range(2) for name, j in [("LW", 0), ("LW", 1), ("LW", 2), ("LW", 3), ("b2", None)]]
+    layers = [np.column_stack(layer) for layer in zip(network.weights, network.biases, strict=True)]
+    w, ends = np.concatenate([layer.ravel() for layer in layers]), np.cumsum([layer.size for layer in layers])
 
-    def moved(name, i, j, by):
-        values = getattr(network, name).copy()
-        values[i if j is None else (i, j)] += by
-        return replace(network, **{name: values}).predict(X) / [50.0, 0.01]
+    def predicted(w):
+        parts = [part.reshape(layer.shape) for part, layer in zip(np.split(w, ends[:-1]), layers, strict=True)]
+        moved = replace(network, weights=tuple(p[:, :-1] for p in parts), biases=tuple(p[:, -1] for p in parts))
+        return moved.predict(X) / [50.0, 0.01]
 
     gradient = network.parameter_gradient(X)
-    assert gradient.shape == (10, 2, len(names))
-    for p, name in enumerate(names):
-        difference = (moved(*name, step) - moved(*name, -step)) / (2 * step)
+    assert gradient.shape == (10, 2, len(w))
+    for p, h in enumerate(step * np.eye(len(w))):
+        difference = (predicted(w + h) - predicted(w - h)) / (2 * step)
         np.testing.assert_allclose(gradient[..., p], difference, atol=1e-8)
 
 
-def test_standard_deviation_of_a_linear_model_has_its_closed_form(network):
+def test_standard_deviation_of_a_linear_model_has_its_closed_form(shallow):
     """With the hidden layer certain, the output layer is Bayesian linear regression on the features z = [a, 1]."""
     alpha, beta, X = 0.2, 40.0, random_inputs(30, seed=7)
 
     def features(X):
-        a = np.tanh((X / [4500.0, 5.0, 1.0] - [1.0, 0.0, 0.0]) @ network.IW.T + network.b1)
+        a = np.tanh((X / [4500.0, 5.0, 1.0] - [1.0, 0.0, 0.0]) @ shallow.weights[0].T + shallow.biases[0])
         return np.column_stack([a, np.ones(len(X))])
 
     covariance = np.linalg.inv(2 * beta * features(X).T @ features(X) + 2 * alpha * np.eye(5))
     K = np.zeros((26, 26))
     for first in (16, 21):
         K[first : first + 5, first : first + 5] = np.linalg.cholesky(covariance).T
-    fitted = replace(network, beta=beta, posterior_factor=K)
+    fitted = replace(shallow, beta=beta, posterior_factor=K)
 
     z = features(new := random_inputs(40, seed=8))
     variance = 1 / (2 * beta) + np.einsum("ni,ij,nj->n", z, covariance, z)
@@ -154,7 +158,7 @@ def test_in_range_holds_up_to_and_with_the_ends(network):
 
 def test_arrays_cannot_be_changed(network):
     with pytest.raises(ValueError, match="read-only"):
-        network.IW[0, 0] = 1.0
+        network.weights[0][0, 0] = 1.0
 
 
 @pytest.mark.parametrize(
@@ -169,15 +173,15 @@ def test_wrong_inputs_are_refused(network, X, message):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"b2": np.zeros(3)}, r"b2 .* shape \(2,\)"),
-        ({"IW": np.full((4, 3), np.inf)}, "IW .* finite"),
+        ({"biases": (np.zeros(4), np.zeros(3))}, r"biases\[1\] .* shape \(2,\)"),
+        ({"weights": (np.full((4, 3), np.inf), np.zeros((2, 4)))}, r"weights\[0\] .* finite"),
         ({"posterior_factor": np.eye(4)}, r"posterior_factor .* \(26, 26\)"),
         ({"beta": 0.0}, "beta .* positive"),
     ],
 )
-def test_a_network_that_does_not_fit_together_is_refused(network, change, message):
+def test_a_network_that_does_not_fit_together_is_refused(shallow, change, message):
     with pytest.raises(ValueError, match=message):
-        replace(network, **change)
+        replace(shallow, **change)
 
 
 def test_evaluation_needs_neither_torch_nor_scikit_learn(network, tmp_path):

@@ -16,7 +16,7 @@ def batch():
     rng = np.random.default_rng(3)
     X, T = rng.uniform(-1, 1, (50, D)), rng.uniform(-1, 1, (50, M))
     rows = np.stack([rng.permutation(50)[:N] for _ in range(B)])
-    w = np.stack([nguyen_widrow(np.random.default_rng(j), *SHAPE) for j in range(B)])
+    w = np.stack([nguyen_widrow(np.random.default_rng(j), SHAPE) for j in range(B)])
     return X, T, rows, w, PerceptronBatch.from_samples(X, T, rows, S)
 
 
@@ -72,8 +72,8 @@ def test_taken_networks_keep_their_own_samples(batch):
 
 @pytest.mark.parametrize(("d", "s"), [(4, 10), (2, 7), (1, 1)])
 def test_initial_weights_are_those_of_nguyen_and_widrow(d, s):
-    w = nguyen_widrow(np.random.default_rng(5), d, s, 2)
-    IW, b1, LW, b2 = split_parameters(w, d, s, 2)
+    w = nguyen_widrow(np.random.default_rng(5), (d, s, 2))
+    (IW, LW), (b1, b2) = split_parameters(w, (d, s, 2))
     assert (IW.shape, b1.shape, LW.shape, b2.shape) == ((s, d), (s,), (2, s), (2,))
     length = 0.7 * s ** (1 / d)
     np.testing.assert_allclose(np.linalg.norm(IW, axis=1), length)

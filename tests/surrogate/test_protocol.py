@@ -111,8 +111,8 @@ def test_each_network_starts_from_weights_of_its_own():
     rows = np.tile(np.arange(60), (3, 1))
     arguments = {"inputs": INPUTS, "outputs": OUTPUTS, "rows": rows, "seed": 1, "schedule": Schedule(epochs=0)}
     first, second, third = (network for network, _ in train_networks(X, smooth_function(X), **arguments))
-    assert (first.IW != second.IW).all()
-    assert (second.IW != third.IW).all()
+    assert (first.weights[0] != second.weights[0]).all()
+    assert (second.weights[0] != third.weights[0]).all()
     assert first.provenance["epochs"] == 0
 
 

@@ -8,8 +8,6 @@ import pytest
 
 from surrogate import Network
 
-ARRAYS = ("IW", "b1", "LW", "b2", "input_ranges", "target_ranges", "posterior_factor")
-
 
 @pytest.fixture
 def saved(selection, tmp_path):
@@ -20,7 +18,9 @@ def saved(selection, tmp_path):
 
 def test_a_loaded_network_has_the_same_bits(selection, saved):
     network, loaded = selection.network, Network.load(saved)
-    for name in ARRAYS:
+    for one, other in zip((*loaded.weights, *loaded.biases), (*network.weights, *network.biases), strict=True):
+        assert one.tobytes() == other.tobytes()
+    for name in ("input_ranges", "target_ranges", "posterior_factor"):
         assert getattr(loaded, name).tobytes() == getattr(network, name).tobytes(), name
     assert (loaded.beta, loaded.inputs, loaded.outputs) == (network.beta, network.inputs, network.outputs)
     assert (loaded.metrics, loaded.provenance) == (network.metrics, network.provenance)
@@ -47,12 +47,12 @@ def test_every_changed_digit_is_noticed(saved):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "not a network file"),
-        (b"\xff\xfe\x00garbage", "not a network file"),
-        (b"[1, 2, 3]", "holds no network"),
-        (b'{"format": "other", "version": 1}', "holds no network"),
-        (b'{"format": "surrogate.Network", "version": 2}', "format version 2"),
-        (b'{"format": "surrogate.Network", "version": 1}', "checksum"),
+        (b"", "not a model file"),
+        (b"\xff\xfe\x00garbage", "not a model file"),
+        (b"[1, 2, 3]", "holds no model"),
+        (b'{"format": "other", "version": 1}', "holds no model"),
+        (b'{"format": "surrogate.Network", "version": 1}', "format version 1"),
+        (b'{"format": "surrogate.Network", "version": 2}', "checksum"),
     ],
 )
 def test_foreign_files_are_refused(tmp_path, content, message):
@@ -74,9 +74,9 @@ def test_a_network_that_lacks_a_part_is_refused(saved):
     from surrogate.storage import _checksum
 
     document = json.loads(saved.read_text())
-    for change in ({"inputs": None}, {"b1": [1.0]}, {"unknown": 1}):
-        content = {key: value for key, value in (document["network"] | change).items() if value is not None}
-        saved.write_text(json.dumps(document | {"network": content, "checksum": _checksum(content)}))
+    for change in ({"inputs": None}, {"biases": [[1.0]]}, {"unknown": 1}):
+        content = {key: value for key, value in (document["model"] | change).items() if value is not None}
+        saved.write_text(json.dumps(document | {"model": content, "checksum": _checksum(content)}))
         with pytest.raises(ValueError, match="does not fit together"):
             Network.load(saved)
 

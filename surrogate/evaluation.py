@@ -1,0 +1,50 @@
+"""What every fitted model shares: named variables, and evaluation of checked inputs in blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from surrogate.scaling import Array
+
+BLOCK = 4096
+"""Samples that are evaluated at once, so that they stay in the processor's cache."""
+
+
+class Variable(NamedTuple):
+    """Name and unit of an input or output."""
+
+    name: str
+    unit: str
+
+
+def evaluate_by_blocks(evaluate: Callable[[Array], Array], X: ArrayLike, inputs: Sequence[Variable]) -> Array:
+    """A function of inputs (n, d) at X (..., d); ValueError where X is not finite or lacks an input."""
+    X = np.asarray(X, dtype=float)
+    if X.ndim == 0 or X.shape[-1] != len(inputs):
+        names = ", ".join(variable.name for variable in inputs)
+        raise ValueError(f"the inputs have the shape {X.shape}, but the last axis must hold {names}.")
+    if not np.isfinite(X).all():
+        raise ValueError("the inputs hold values that are not finite: leave those samples out.")
+    samples = X.reshape(-1, len(inputs))
+    starts = range(0, max(len(samples), 1), BLOCK)
+    blocks = [evaluate(samples[start : start + BLOCK]) for start in starts]
+    return np.concatenate(blocks).reshape(*X.shape[:-1], *blocks[0].shape[1:])
+
+
+def in_range(X: ArrayLike, ranges: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Whether each of the inputs X (..., d) lies inside the ranges (d, 2), ends included (...,)."""
+    least, greatest = ranges.T
+    return ((least <= np.asarray(X)) & (np.asarray(X) <= greatest)).all(axis=-1)
+
+
+def frozen_array(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
+    """An unchangeable copy; ValueError unless its numbers are finite and it has the shape."""
+    copy = np.array(value, dtype=float)
+    if copy.shape != shape or not np.isfinite(copy).all():
+        raise ValueError(f"{name} must hold finite numbers in the shape {shape}.")
+    copy.setflags(write=False)
+    return copy
