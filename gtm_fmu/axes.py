@@ -1,53 +1,23 @@
 """Axes of a data set: what varies between its cases, at given levels or over a range.
 
-An axis turns points of the unit cube into values, so that any sampling of the cube samples the cases. A further input
-of a case is a further entry of `INPUTS`.
+An axis turns points of the unit cube into values, so that any sampling of the cube samples the cases. The inputs that
+may vary are those of `inputs.NAMES`.
 """
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
-from gtm_fmu.airframe.names import CONTROLS
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import WIDEST, Range
-from gtm_fmu.manoeuvre import ALTITUDE_FT, GAMMA_DEG, check_pair, check_range
+from gtm_fmu.failures import Range
+from gtm_fmu.inputs import CHOICES, LIMITED, QUANTITIES, Column, limit_columns
+from gtm_fmu.manoeuvre import check_pair, check_range
 
-_SUFFIX = {"": "", "deg": "_deg", "deg/s": "_deg_s", "%": "_pct", "ft": "_ft", "kt": "_kt"}
-
-
-@dataclass(frozen=True)
-class Column:
-    """A quantity of every case: its name and its unit."""
-
-    name: str
-    units: str
-
-    @property
-    def label(self) -> str:
-        """Name with the unit, as ``altitude_ft``, for where nothing else tells the unit."""
-        return self.name + _SUFFIX[self.units]
-
-
-_ALLOWED = {Column("altitude", "ft"): ALTITUDE_FT, Column("gamma", "deg"): GAMMA_DEG}
-_CONTROL_UNITS = dict(zip(CONTROLS, ("deg", "deg", "deg", "%"), strict=True))
-
-
-def limit_columns(control: str) -> tuple[Column, Column]:
-    """Lower and upper limit of a control."""
-    units = _CONTROL_UNITS[control]
-    return Column(f"{control}_lower", units), Column(f"{control}_upper", units)
-
-
-QUANTITIES = tuple(column.name for column in _ALLOWED)
-"""Inputs of a case that are one number each."""
-
-INPUTS: tuple[Column, ...] = (*_ALLOWED, *(column for control in CONTROLS for column in limit_columns(control)))
-"""The columns that describe a case, in order."""
+T = TypeVar("T")
 
 
 class Axis(Protocol):
@@ -166,35 +136,57 @@ class LimitsSpan:
         return f"pairs uniform in {json.dumps([self.lower, self.upper])}, share of jams {self.jam_share}"
 
 
-def _quantity(name: str) -> tuple[Column, str, Range]:
-    column = next(column for column in _ALLOWED if column.name == name)
-    return column, f"{name} in {column.units}", _ALLOWED[column]
+def _entry(inputs: Mapping[str, T], name: str) -> T:
+    try:
+        return inputs[name]
+    except KeyError:
+        raise InputError(f"There is no such input as {name!r} here; choose one of {', '.join(inputs)}.") from None
+
+
+def _spelled(column: Column) -> str:
+    return column.name.replace("_", " ") + (f" in {column.units}" if column.units != "1" else "")
 
 
 def levels(name: str, values: Iterable[float]) -> Levels:
-    """Values of altitude (ft) or gamma (deg).
+    """Values of one of `inputs.QUANTITIES`, in its unit.
 
     Raises:
         InputError: none, or one outside what is allowed.
     """
-    column, spelled, allowed = _quantity(name)
+    column, allowed = _entry(QUANTITIES, name)
+    spelled = _spelled(column)
     return Levels(name, (column,), tuple((check_range(spelled, value, allowed),) for value in values))
 
 
 def span(name: str, lower: float, upper: float) -> Axis:
-    """Altitude (ft) or gamma (deg) between two bounds; held if they are equal.
+    """One of `inputs.QUANTITIES` between two bounds in its unit; held if they are equal.
 
     Raises:
         InputError: bounds reversed, not finite, or outside what is allowed.
     """
-    column, spelled, allowed = _quantity(name)
-    lower, upper = check_pair(spelled, (lower, upper), allowed)
+    column, allowed = _entry(QUANTITIES, name)
+    lower, upper = check_pair(_spelled(column), (lower, upper), allowed)
     return Span(column, lower, upper) if lower < upper else levels(name, [lower])
 
 
+def choices(name: str, numbers: Iterable[int]) -> Levels:
+    """Numbers of one of `inputs.CHOICES`: damage cases, or engines that are out by their place in `EngineOut`.
+
+    Raises:
+        InputError: none, one given twice, or one that does not exist.
+    """
+    given, last = tuple(numbers), len(_entry(CHOICES, name)) - 1
+    for number in given:
+        if number not in range(last + 1):
+            raise InputError(f"{name.replace('_', ' ')} {number} does not exist; give a whole number from 0 to {last}.")
+        if given.count(number) > 1:
+            raise InputError(f"{name.replace('_', ' ')} {number} was given twice; give each one once.")
+    return Levels(name, (Column(name, ""),), tuple((int(number),) for number in given))
+
+
 def _limits(control: str, pair: Sequence[float]) -> Range:
-    column = Column(control, _CONTROL_UNITS[control])
-    return check_pair(f"{control} in {column.units}", pair, WIDEST[column.label])
+    column, widest = _entry(LIMITED, control)
+    return check_pair(_spelled(column), pair, widest)
 
 
 def limit_levels(control: str, pairs: Iterable[Sequence[float]]) -> Levels:

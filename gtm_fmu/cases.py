@@ -1,4 +1,4 @@
-"""Cases of a data set: flight conditions and what a failure leaves of each control, on a lattice or sampled.
+"""Cases of a data set: flight conditions and what a failure leaves of the aircraft, on a lattice or sampled.
 
 A table of cases is never held whole (but for a Latin hypercube): any slice of its rows follows from the axes, the kind
 of sampling and the seed alone.
@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from gtm_fmu.airframe.names import CONTROLS
-from gtm_fmu.axes import QUANTITIES, Axis, Levels, limit_levels
+from gtm_fmu.axes import Axis, Levels, limit_levels
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import WIDEST
+from gtm_fmu.inputs import CONDITION, LIMITED, NAMES, Column
 
 LARGEST_LATIN_HYPERCUBE = 20_000_000
 """Numbers in the largest one, cases times dimensions: its permutations have to be in memory all at once."""
@@ -34,7 +34,7 @@ class Sampling(StrEnum):
 
 @dataclass(frozen=True)
 class CaseTable:
-    """Cases as rows of `axes.INPUTS`. Make one with `lattice` or `sampled`."""
+    """Cases as rows of `columns`. Make one with `lattice` or `sampled`."""
 
     axes: tuple[Axis, ...]
     sampling: Sampling
@@ -78,6 +78,11 @@ class CaseTable:
 
     def __len__(self) -> int:
         return self.cases
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """What describes a case: `inputs.INPUTS` and whatever else has an axis, in the order of `inputs.NAMES`."""
+        return tuple(column for axis in self.axes for column in axis.columns)
 
     def rows(self, start: int, stop: int) -> np.ndarray:
         """Cases ``start`` to ``stop`` (stop - start, columns), the same in whatever slices they are asked for."""
@@ -130,15 +135,15 @@ class CaseTable:
 
 
 def _complete(axes: Iterable[Axis]) -> tuple[Axis, ...]:
-    """Axes in the order of `axes.INPUTS`, with the undamaged range of each control that has none."""
+    """Axes in the order of `inputs.NAMES`, with the undamaged range of each control that has none."""
     given: dict[str, Axis] = {}
     for axis in axes:
         if axis.name in given:
             raise InputError(f"{axis.name} was given twice; give each axis once.")
         given[axis.name] = axis
-    for name in QUANTITIES:
-        if name not in given:
-            raise InputError(f"No {name} was given; give one value or a range.")
-    for control, limits in zip(CONTROLS, WIDEST.values(), strict=True):
-        given.setdefault(control, limit_levels(control, [limits]))
-    return tuple(given[name] for name in (*QUANTITIES, *CONTROLS))
+    for column in CONDITION:
+        if column.name not in given:
+            raise InputError(f"No {column.name} was given; give one value or a range.")
+    for control in CONTROLS:
+        given.setdefault(control, limit_levels(control, [LIMITED[control][1]]))
+    return tuple(given[name] for name in NAMES if name in given)

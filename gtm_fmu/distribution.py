@@ -114,6 +114,7 @@ def _local_cluster(workers: int) -> LocalCluster:
 def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, progress: Progress | None) -> None:
     pieces = ((chunk, piece) for chunk in chunks for piece in _pieces(chunk))
     solved: defaultdict[range, dict[int, dict[str, np.ndarray]]] = defaultdict(dict)
+    inputs = tuple(column.name for column in store.table.columns)
     asked: dict[Any, tuple[range, range]] = {}
     running = as_completed(loop=client.loop)
     done, total = 0, sum(map(len, chunks))
@@ -122,7 +123,7 @@ def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, 
         threads = sum(client.nthreads().values())
         while len(asked) < _PIECES_A_THREAD * max(threads, 1) and (next_piece := next(pieces, None)):
             cases = store.table.rows(next_piece[1].start, next_piece[1].stop)
-            arguments = {**options, "asked_by": results.provenance()}
+            arguments = {**options, "inputs": inputs, "asked_by": results.provenance()}
             future = client.submit(results.evaluate, cases, **arguments, pure=False, retries=_RETRIES)
             asked[future.key] = next_piece
             running.add(future)

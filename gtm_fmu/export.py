@@ -5,26 +5,30 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
 from gtm_fmu import results
-from gtm_fmu.axes import INPUTS, Column
 from gtm_fmu.errors import InputError
+from gtm_fmu.inputs import Column
 from gtm_fmu.store import FINISHED, slices
 
 
 def frame(data: xr.Dataset) -> pd.DataFrame:
-    """A row a finished case; units are in the names (``alpha_at_v_min_deg``), limits are spelled out."""
+    """A row a finished case; units are in the names (``alpha_at_v_min_deg``), limits and choices are spelled out."""
     finished = data.isel(case=data[FINISHED].values)
     columns = {}
-    for name in (*(column.name for column in INPUTS), *results.schema()):
+    for name in (*data.coords, *(name for name in data.data_vars if name != FINISHED)):
         values = finished[name]
         if "flag_masks" in values.attrs:
             names = [" ".join(results.limit_names(int(bits))) for bits in values.values]
             columns[name] = pd.array(names, dtype="string")
+        elif "flag_values" in values.attrs:
+            names = np.array(values.attrs["flag_meanings"].split())[values.values]
+            columns[name] = pd.array(names, dtype="string")
         else:
-            columns[Column(name, values.attrs.get("units", "")).label] = values.values
+            columns[Column(str(name), values.attrs.get("units", "")).label] = values.values
     return pd.DataFrame(columns)
 
 

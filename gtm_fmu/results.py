@@ -1,19 +1,19 @@
 """Results of a data set: what is kept of each case's envelope, as columns."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
 from itertools import product
 
 import numpy as np
 
-from gtm_fmu.airframe.names import CONTROLS, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import FULL_TRIM_UNKNOWNS, TRIM_UNKNOWNS
 from gtm_fmu.airframe.tables import DATA_FILE
-from gtm_fmu.axes import INPUTS, Column, limit_columns
 from gtm_fmu.envelope import Envelope, envelope
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.failures import Range
+from gtm_fmu.inputs import EVERYWHERE, Column, failure, has_throttles_apart
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
 
 SPEEDS = (Column("v_min", "kt"), Column("v_max", "kt"), Column("t_min", "%"))
@@ -26,7 +26,12 @@ TRIM = (
 )
 """What is kept of the trim at each end, as ``alpha_at_v_min``."""
 
-LIMITS = tuple(f"{name}.{side}" for name in TRIM_UNKNOWNS for side in ("lower", "upper"))
+THROTTLES = (Column("throttle_left", "%"), Column("throttle_right", "%"))
+"""What is kept besides where inputs part the throttles: then ``throttle`` is that of a single engine that runs."""
+
+LIMITS = tuple(
+    f"{name}.{side}" for name in dict.fromkeys((*TRIM_UNKNOWNS, *FULL_TRIM_UNKNOWNS)) for side in ("lower", "upper")
+)
 """Limits that may hold an end, each a bit of ``limits_at_v_min`` and ``limits_at_v_max``, the first the lowest."""
 
 
@@ -35,14 +40,19 @@ def at(name: str, end: str) -> str:
     return f"{name}_at_{end}"
 
 
-def schema() -> dict[str, tuple[np.dtype, dict]]:
+def trim_columns(inputs: Collection[str]) -> tuple[Column, ...]:
+    """What is kept of a trim, for these columns of inputs."""
+    return TRIM + THROTTLES if has_throttles_apart(inputs) else TRIM
+
+
+def schema(inputs: Collection[str] = EVERYWHERE) -> dict[str, tuple[np.dtype, dict]]:
     """Type and attributes (units, legend of the bits in the CF conventions' words) of every result, by name."""
     number, bits = np.dtype(float), np.dtype(np.uint32)
     legend = {"flag_masks": [1 << k for k in range(len(LIMITS))], "flag_meanings": " ".join(LIMITS)}
     columns: dict[str, tuple[np.dtype, dict]] = {"feasible": (np.dtype(bool), {})}
     columns |= {column.name: (number, {"units": column.units}) for column in SPEEDS}
     for end in ENDS:
-        columns |= {at(column.name, end): (number, {"units": column.units}) for column in TRIM}
+        columns |= {at(column.name, end): (number, {"units": column.units}) for column in trim_columns(inputs)}
         columns[at("limits", end)] = bits, legend
     return columns
 
@@ -58,13 +68,15 @@ def evaluate(
     cases: np.ndarray,
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
+    inputs: Sequence[str] = EVERYWHERE,
     asked_by: Mapping[str, str] | None = None,
 ) -> dict[str, np.ndarray]:
-    """Envelopes of cases (n, columns of `axes.INPUTS`) as the columns of `schema` (n each).
+    """Envelopes of cases (n, inputs) as the columns of `schema` (n each).
 
     Without an envelope the numbers are NaN and no limit is named.
 
     Args:
+        inputs: names of the columns of the cases (`CaseTable.columns`).
         asked_by: `provenance` of the process that asks, where it is another.
 
     Raises:
@@ -75,31 +87,27 @@ def evaluate(
             f"A worker has gtm-fmu {provenance()['gtm_fmu_version']} or aerodynamic data that differ from those of "
             f"{asked_by['gtm_fmu_version']} here; install the same on every worker."
         )
-    columns = {name: np.zeros(len(cases), dtype) for name, (dtype, _) in schema().items()}
+    columns = {name: np.zeros(len(cases), dtype) for name, (dtype, _) in schema(inputs).items()}
     for name, column in columns.items():
         if column.dtype == float:
             columns[name][:] = np.nan
     for k, case in enumerate(cases.tolist()):
-        _keep(columns, k, _solve(case, alpha_deg, phi_deg))
+        value = dict(zip(inputs, case, strict=True))
+        found = envelope(value["altitude"], value["gamma"], failure(value), alpha_deg, phi_deg)
+        _keep(columns, k, found, trim_columns(inputs))
     return columns
 
 
-def _solve(case: list[float], alpha_deg: Range, phi_deg: Range) -> Envelope:
-    value = dict(zip(INPUTS, case, strict=True))
-    (altitude_ft, gamma_deg), controls = case[:2], (limit_columns(control) for control in CONTROLS)
-    limits = ControlLimits(*((value[lower], value[upper]) for lower, upper in controls))
-    return envelope(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg)
-
-
-def _keep(columns: dict[str, np.ndarray], k: int, found: Envelope) -> None:
+def _keep(columns: dict[str, np.ndarray], k: int, found: Envelope, kept: Sequence[Column]) -> None:
     if found.t_min_pct is not None:
         columns["t_min"][k] = found.t_min_pct
     if not (found.feasible and found.at_v_min and found.at_v_max):
         return
     columns["feasible"][k] = True
     columns["v_min"][k], columns["v_max"][k] = found.v_min_kt, found.v_max_kt
-    for (end, trim), column in product(zip(ENDS, (found.at_v_min, found.at_v_max), strict=True), TRIM):
-        columns[at(column.name, end)][k] = getattr(trim, column.label)
+    for (end, trim), column in product(zip(ENDS, (found.at_v_min, found.at_v_max), strict=True), kept):
+        if (number := getattr(trim, column.label)) is not None:
+            columns[at(column.name, end)][k] = number
     columns["limits_at_v_min"][k], columns["limits_at_v_max"][k] = _bits(found.at_v_min), _bits(found.at_v_max)
 
 

@@ -22,10 +22,10 @@ import zarr
 from zarr.codecs import ZstdCodec
 
 from gtm_fmu import results
-from gtm_fmu.axes import INPUTS
 from gtm_fmu.cases import CaseTable
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
+from gtm_fmu.inputs import attributes
 
 FINISHED = "finished"
 SMALLEST_CHUNK, LARGEST_CHUNK = 64, 1024
@@ -100,6 +100,9 @@ class CaseStore:
 
     def __init__(self, path: Path, table: CaseTable, options: Mapping[str, Any], chunk: int | None = None):
         self.path, self.table = path, table
+        columns = table.columns
+        self._schema = {column.name: attributes(column) for column in columns}
+        self._schema |= results.schema(tuple(self._schema)) | {FINISHED: (np.dtype(bool), {})}
         self._chunk = chunk or chunk_size(len(table))
         self._identity = identity(table, options) | {"chunk": self._chunk}
         is_new = not path.exists() or (path.is_dir() and not any(path.iterdir()))
@@ -109,10 +112,10 @@ class CaseStore:
         partial = self.path.with_name(f".{self.path.name}.partial")
         shutil.rmtree(partial, ignore_errors=True)
         title = "Lowest and highest speed of steady manoeuvres of the GTM-T2 with failed controls"
-        names = [column.name for column in INPUTS]
-        attributes = {"title": title, "coordinates": " ".join(names), **self._identity}
-        group = zarr.create_group(partial, attributes=attributes)
-        for name, (dtype, described) in _schema().items():
+        names = [column.name for column in self.table.columns]
+        described_all = {"title": title, "coordinates": " ".join(names), **self._identity}
+        group = zarr.create_group(partial, attributes=described_all)
+        for name, (dtype, described) in self._schema.items():
             group.create_array(
                 name,
                 shape=(len(self.table),),
@@ -134,7 +137,7 @@ class CaseStore:
             stored = dict(zarr.open_group(self.path, mode="r+", use_consolidated=False).attrs)
             # A chunk without any envelope is written like the others, so that a missing file tells of damage.
             with zarr.config.set({"array.write_empty_chunks": True}):
-                arrays = {name: zarr.open_array(self.path / name, mode="r+") for name in _schema()}
+                arrays = {name: zarr.open_array(self.path / name, mode="r+") for name in self._schema}
         except Exception as error:
             raise _unreadable(self.path, error) from None
         for name, value in self._identity.items():
@@ -162,7 +165,7 @@ class CaseStore:
         return [cases for k, cases in enumerate(chunks) if not (finished[cases.start] and self._complete(k))]
 
     def _complete(self, k: int) -> bool:
-        return all((self.path / name / "c" / str(k)).exists() for name in _schema())
+        return all((self.path / name / "c" / str(k)).exists() for name in self._schema)
 
     def write(self, cases: range, found: Mapping[str, np.ndarray]) -> None:
         """Write the inputs and the results of a whole chunk, and last that it is finished.
@@ -171,20 +174,15 @@ class CaseStore:
             InputError: the folder cannot be written, or the disk is full.
         """
         inputs = self.table.rows(cases.start, cases.stop).T
-        columns = dict(zip((column.name for column in INPUTS), inputs, strict=True)) | dict(found)
+        columns = dict(zip((column.name for column in self.table.columns), inputs, strict=True)) | dict(found)
         columns[FINISHED] = np.ones(len(cases), dtype=bool)
         try:
             self._arrays = self._arrays or self._create()
             for name, values in columns.items():
-                self._arrays[name][cases.start : cases.stop] = values
+                self._arrays[name][cases.start : cases.stop] = values.astype(self._schema[name][0])
         except OSError as error:
             advice = "finished chunks are kept: make room and give the same command again"
             raise _unwritable(self.path, error, advice) from None
-
-
-def _schema() -> dict[str, tuple[np.dtype, dict]]:
-    inputs = {column.name: (np.dtype(float), {"units": column.units}) for column in INPUTS}
-    return inputs | results.schema() | {FINISHED: (np.dtype(bool), {})}
 
 
 def _unreadable(path: Path, error: Exception) -> InputError:
@@ -199,8 +197,9 @@ def open_cases(path: str | Path) -> xr.Dataset:
         InputError: there is none, or it is damaged.
     """
     try:
-        data = xr.open_zarr(path, consolidated=False, chunks=None).reset_coords()
-        return data[list(_schema())].set_coords([column.name for column in INPUTS])
+        data = xr.open_zarr(path, consolidated=False, chunks=None, decode_coords=False)
+        inputs = data.attrs.pop("coordinates").split()
+        return data[[*inputs, *results.schema(inputs), FINISHED]].set_coords(inputs)
     except Exception as error:
         raise _unreadable(Path(path), error) from None
 

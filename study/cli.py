@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,10 +14,11 @@ from rich.table import Table
 from typer.exceptions import TyperException
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.failures import WIDEST
 from study.dataset_command import dataset
+from study.options import FAILURE, Pair, given_failure, pair, takes
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
-Pair = tuple[float, float]
 
 app = typer.Typer(
     name="gtm-fmu",
@@ -31,15 +32,9 @@ Altitude = Annotated[float, typer.Option(help="Geometric altitude, 0 to 36089 ft
 Tas = Annotated[float, typer.Option(help="True airspeed in knots.")]
 Gamma = Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")]
 TurnRate = Annotated[float, typer.Option(help="Turn rate (of heading) in deg/s, positive to the right.")]
-Rudder = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Rudder limits in deg; equal values are a jam.")]
-Elevator = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Elevator limits in deg.")]
-Aileron = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Aileron limits in deg.")]
-Throttle = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Throttle limits in %.")]
-_CASES = "Lost: 1 rudder, 2 vertical tail, 3 flap, 4 wing tip, 5 elevator, 6 stabiliser (3 to 6: the left one); 0 none."
-DamageCase = Annotated[int, typer.Option(help=_CASES)]
-EngineOut = Annotated[Literal["left", "right"] | None, typer.Option(help="The engine that does not run.")]
-Alpha = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Bounds of the angle of attack in deg.")]
-Phi = Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Bounds of the bank angle in deg.")]
+Rudder = Annotated[Pair, pair("Rudder limits in deg; equal values are a jam.")]
+Alpha = Annotated[Pair, pair("Bounds of the angle of attack in deg.")]
+Phi = Annotated[Pair, pair("Bounds of the bank angle in deg.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Fmu = Annotated[Path | None, typer.Option(help="Evaluate this GtmDynamics.fmu, or a native one, not the core.")]
 
@@ -75,14 +70,6 @@ def _plain(value: Any) -> str:
     return str(value)
 
 
-def _failure(damage_case: int, engine_out: str | None, *control_limits: Pair):
-    from gtm_fmu.core.configuration import Configuration
-    from gtm_fmu.failures import ControlLimits, Failure
-
-    running = engine_out != "left", engine_out != "right"
-    return Failure(ControlLimits(*control_limits), Configuration(damage_case=damage_case, engine_running=running))
-
-
 @contextmanager
 def _aircraft(fmu: Path | None, failure) -> Iterator[tuple[Callable, Callable]]:
     """How to trim and how to linearise: by the core, or over evaluations of an FMU."""
@@ -92,7 +79,9 @@ def _aircraft(fmu: Path | None, failure) -> Iterator[tuple[Callable, Callable]]:
         yield steady.trim, linearization.linearize
         return
     if failure.airframe is not None:
-        raise InputError(f"'{fmu}' is the undamaged aircraft; leave out --fmu, or --damage-case and --engine-out.")
+        raise InputError(
+            f"'{fmu}' is the study's airframe with one throttle; leave out --fmu, or the options of another."
+        )
     from fmu_src.dynamics_variables import dynamics_description
     from gtm_fmu.client import FmuClient, FmuError
     from gtm_fmu.evaluation import FmuAirframe
@@ -116,28 +105,24 @@ def _described(found, limits) -> dict[str, Any]:
 
 
 @app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
+@takes(FAILURE)
 def trim(
     altitude_ft: Altitude,
     tas_kt: Tas,
     gamma_deg: Gamma = 0.0,
     turn_rate_deg_s: TurnRate = 0.0,
-    elevator_deg: Elevator = (-30.0, 30.0),
-    aileron_deg: Aileron = (-20.0, 20.0),
-    rudder_deg: Rudder = (-30.0, 30.0),
-    throttle_pct: Throttle = (0.0, 100.0),
-    damage_case: DamageCase = 0,
-    engine_out: EngineOut = None,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
     fmu: Fmu = None,
     as_json: Json = False,
+    **given: Any,
 ) -> None:
     """Trim: the controls of one steady manoeuvre.
 
     With a movable rudder the trim with the least sideslip is taken. Exit code 3 if the limits leave none; the nearest
     is printed all the same.
     """
-    limits = _failure(damage_case, engine_out, elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    limits = given_failure(given)
     with _aircraft(fmu, limits) as (solve, _):
         found = solve(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, limits, alpha_deg, phi_deg)
     show(_described(found, limits), as_json, "Steady manoeuvre")
@@ -146,21 +131,17 @@ def trim(
 
 
 @app.command(epilog=example("linearize --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
+@takes(FAILURE)
 def linearize(
     altitude_ft: Altitude,
     tas_kt: Tas,
     gamma_deg: Gamma = 0.0,
     turn_rate_deg_s: TurnRate = 0.0,
-    elevator_deg: Elevator = (-30.0, 30.0),
-    aileron_deg: Aileron = (-20.0, 20.0),
-    rudder_deg: Rudder = (-30.0, 30.0),
-    throttle_pct: Throttle = (0.0, 100.0),
-    damage_case: DamageCase = 0,
-    engine_out: EngineOut = None,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
     fmu: Fmu = None,
     as_json: Json = False,
+    **given: Any,
 ) -> None:
     """Linear model at a steady manoeuvre.
 
@@ -168,7 +149,7 @@ def linearize(
     States u v w p q r phi theta in ft/s, rad/s, rad; inputs elevator, aileron, rudder in deg and throttle in %, without
     the jammed ones. Exit code 3 if the limits leave no such manoeuvre.
     """
-    limits = _failure(damage_case, engine_out, elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    limits = given_failure(given)
     with _aircraft(fmu, limits) as (solve, linear_model):
         found = solve(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, limits, alpha_deg, phi_deg)
         model = linear_model(found, limits) if found.feasible else None
@@ -179,19 +160,15 @@ def linearize(
 
 
 @app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))
+@takes(FAILURE)
 def envelope(
     altitude_ft: Altitude,
     gamma_deg: Gamma = 0.0,
-    elevator_deg: Elevator = (-30.0, 30.0),
-    aileron_deg: Aileron = (-20.0, 20.0),
-    rudder_deg: Rudder = (-30.0, 30.0),
-    throttle_pct: Throttle = (0.0, 100.0),
-    damage_case: DamageCase = 0,
-    engine_out: EngineOut = None,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
     plot: Annotated[Path | None, typer.Option(help="Write turn rate over speed to this .png or .html too.")] = None,
     as_json: Json = False,
+    **given: Any,
 ) -> None:
     """Lowest and highest speed that a failure leaves, exact.
 
@@ -199,7 +176,7 @@ def envelope(
     """
     from gtm_fmu.envelope import FlightCondition
 
-    limits = _failure(damage_case, engine_out, elevator_deg, aileron_deg, rudder_deg, throttle_pct)
+    limits = given_failure(given)
     condition = FlightCondition(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg)
     found = condition.envelope()
     values = found.to_dict() | {"intervals_kt": condition.intervals()}
@@ -218,7 +195,7 @@ def envelope(
 def predict(
     altitude_ft: Altitude,
     gamma_deg: Gamma = 0.0,
-    rudder_deg: Rudder = (-30.0, 30.0),
+    rudder_deg: Rudder = WIDEST["rudder_deg"],
     model: Annotated[Path | None, typer.Option(help="Folder of a study; default: the networks of the package.")] = None,
     as_json: Json = False,
 ) -> None:

@@ -8,10 +8,11 @@ from scipy import stats
 from scipy.stats import qmc
 
 from gtm_fmu import axes
-from gtm_fmu.axes import INPUTS, failure_levels, levels, limit_levels, limits_span, span
+from gtm_fmu.axes import failure_levels, levels, limit_levels, limits_span, span
 from gtm_fmu.cases import CaseTable, Sampling
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST
+from gtm_fmu.inputs import INPUTS
 
 RANDOM = [Sampling.RANDOM, Sampling.LATIN_HYPERCUBE, Sampling.SOBOL]
 NAMES = [column.name for column in INPUTS]

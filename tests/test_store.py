@@ -18,11 +18,12 @@ import pytest
 import xarray as xr
 
 from gtm_fmu import export, results
-from gtm_fmu.axes import INPUTS, failure_levels, levels, limit_levels
+from gtm_fmu.axes import failure_levels, levels, limit_levels
 from gtm_fmu.cases import CaseTable
 from gtm_fmu.envelope import envelope
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits
+from gtm_fmu.inputs import INPUTS
 from gtm_fmu.store import CaseStore, chunk_size, open_cases, slices, writer_lock
 
 OPTIONS = {"alpha_deg": [-5.0, 10.5], "phi_deg": [-30.0, 30.0]}

@@ -1,0 +1,92 @@
+"""Options of the command line that several commands take, spelt out from a table."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from gtm_fmu.failures import WIDEST, Failure
+from gtm_fmu.inputs import LIMITED, QUANTITIES, EngineOut, failure, limit_columns
+
+Pair = tuple[float, float]
+
+
+class Option(NamedTuple):
+    """Type with its ``typer.Option``, and the default."""
+
+    annotation: Any
+    default: Any = None
+
+
+def takes(options: Mapping[str, Option]) -> Callable[[Callable], Callable]:
+    """Give a command these options, by name, in the place of its ``**given``."""
+
+    def spelt_out(parameter: inspect.Parameter) -> list[inspect.Parameter]:
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        if parameter.kind is not inspect.Parameter.VAR_KEYWORD:
+            return [parameter.replace(kind=keyword)]
+        return [
+            inspect.Parameter(name, keyword, default=o.default, annotation=o.annotation) for name, o in options.items()
+        ]
+
+    def decorate(command: Callable) -> Callable:
+        signature = inspect.signature(command)
+        parameters = [new for parameter in signature.parameters.values() for new in spelt_out(parameter)]
+        command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+        return command
+
+    return decorate
+
+
+def pair(text: str) -> Any:
+    """Two numbers."""
+    return typer.Option(metavar="LOWER UPPER", help=text)
+
+
+_CASES = "Lost: 1 rudder, 2 vertical tail, 3 flap, 4 wing tip, 5 elevator, 6 stabiliser (3 to 6: the left one); 0 none."
+DAMAGE_CASE = typer.Option(help=_CASES)
+ENGINE_OUT = typer.Option(help="Engines that do not run.")
+SETTINGS = {
+    "stabilizer": "Stabiliser in deg.",
+    "flaps": "All flaps in deg.",
+    "spoilers": "All spoilers in deg.",
+    "gear": "Landing gear: 0 up, 1 down.",
+    "fuel_used": "Fuel burnt in lb.",
+}
+
+
+def _limits(control: str) -> Option:
+    column, widest = LIMITED[control]
+    if column.label in WIDEST:
+        text = f"{control.capitalize()} limits in {column.units}; equal values are a jam."
+        return Option(Annotated[Pair, pair(text)], widest)
+    side = control.removeprefix("throttle_")
+    text = f"Throttle limits of the {side} engine alone, in %; the engines are then controlled separately."
+    return Option(Annotated[Pair | None, pair(text)])
+
+
+FAILURE: dict[str, Option] = {
+    **{LIMITED[control][0].label: _limits(control) for control in LIMITED},
+    "damage_case": Option(Annotated[int, DAMAGE_CASE], 0),
+    "engine_out": Option(Annotated[EngineOut, ENGINE_OUT], EngineOut.NONE),
+    **{
+        QUANTITIES[name][0].label: Option(Annotated[float, typer.Option(help=text)], 0.0)
+        for name, text in SETTINGS.items()
+    },
+}
+"""Options that tell a failure."""
+
+
+def given_failure(given: Mapping[str, Any]) -> Failure:
+    """The failure that the options `FAILURE` tell.
+
+    Raises:
+        InputError: a value outside what is allowed.
+    """
+    values = {"damage_case": given["damage_case"], "engine_out": list(EngineOut).index(given["engine_out"])}
+    values |= {name: given[QUANTITIES[name][0].label] for name in SETTINGS}
+    for control, (column, _) in LIMITED.items():
+        if (limits := given[column.label]) is not None:
+            values |= dict(zip((end.name for end in limit_columns(control)), limits, strict=True))
+    return failure(values)
