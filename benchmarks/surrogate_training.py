@@ -41,7 +41,7 @@ def peer_seconds_and_mse(X: np.ndarray, T: np.ndarray, w: np.ndarray) -> tuple[f
     J = np.zeros((outputs, n, len(w)))
 
     def hidden_outputs(w):
-        IW, b1, LW, b2 = split_parameters(w, *SHAPE)
+        (IW, LW), (b1, b2) = split_parameters(w, SHAPE)
         return np.tanh(X @ IW.T + b1), LW, b2
 
     def errors(w):
@@ -65,7 +65,7 @@ def peer_seconds_and_mse(X: np.ndarray, T: np.ndarray, w: np.ndarray) -> tuple[f
 
 def main() -> None:
     X, T = synthetic_samples()
-    w = np.stack([nguyen_widrow(np.random.default_rng(j), *SHAPE) for j in range(NETWORKS)])
+    w = np.stack([nguyen_widrow(np.random.default_rng(j), SHAPE) for j in range(NETWORKS)])
     problems = PerceptronBatch.from_samples(X, T, np.tile(np.arange(SAMPLES), (NETWORKS, 1)), SHAPE[1])
     train(problems, w, Schedule(epochs=5))
 

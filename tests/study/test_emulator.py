@@ -122,7 +122,8 @@ class TestPrediction:
         case = [10000.0, 0.0, -30.0, 30.0]
         v_min, v_max = emulator.speeds.predict(case)
         assert v_min < v_max
-        weak = replace(emulator.throttle, b2=emulator.throttle.b2 + 10)
+        hidden, output = emulator.throttle.biases
+        weak = replace(emulator.throttle, biases=(hidden, output + 10))
         assert weak.predict(case)[0] > 100
         assert emulator.predict(10000, 0, (-30, 30)).feasible
         assert not RudderEmulator(emulator.speeds, weak).predict(10000, 0, (-30, 30)).feasible
