@@ -60,16 +60,23 @@ setup(
                 "gtm_fmu/core/configuration.c",
                 "gtm_fmu/core/full_motion.c",
                 "gtm_fmu/core/full_table.c",
+                "gtm_fmu/core/simulation.c",
                 "gtm_fmu/core/generated/airframe.c",
                 "gtm_fmu/core/generated/tables.c",
                 "gtm_fmu/core/generated/full_airframe.c",
                 "gtm_fmu/core/generated/full_tables.c",
+                "gtm_fmu/core/generated/actuators.c",
             ],
             include_dirs=["gtm_fmu/core"],
             libraries=[] if sys.platform == "win32" else ["m"],
             depends=[
-                f"gtm_fmu/core/{header}.h"
-                for header in ("gtm_core", "gtm_configuration", "table", "full_table", "kernel", "solver")
+                "gtm_fmu/core/gtm_core.h",
+                "gtm_fmu/core/gtm_configuration.h",
+                "gtm_fmu/core/gtm_simulation.h",
+                "gtm_fmu/core/table.h",
+                "gtm_fmu/core/full_table.h",
+                "gtm_fmu/core/kernel.h",
+                "gtm_fmu/core/solver.h",
             ],
             extra_compile_args=[] if sys.platform == "win32" else ["-std=c99", "-O2", "-g0", "-fvisibility=hidden"],
         )

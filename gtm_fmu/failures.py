@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 
+from gtm_fmu.airframe.actuators import RATE_LIMIT_DEG_S
 from gtm_fmu.airframe.names import CONTROLS, FULL_CONTROLS
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.solver import dead_controls
@@ -21,7 +22,7 @@ WIDEST: dict[str, Range] = {
 }
 """Limits of the undamaged aircraft, in the order of `names.CONTROLS` (SPEC 9)."""
 
-FASTEST_DEG_S = 300.0
+FASTEST_DEG_S = RATE_LIMIT_DEG_S
 """Rate limit of every aerodynamic surface of the undamaged aircraft (SPEC 10.1)."""
 
 

@@ -18,6 +18,7 @@ ROTOR_LENGTH = 6.25 / 12  # ft
 ROTOR_DENSITY = 15.2  # slug/ft^3
 ROTOR_INERTIA = np.pi * ROTOR_DIAMETER**4 / 32 * ROTOR_LENGTH * ROTOR_DENSITY
 FULL_SPEED_RAD_S = 123000 * 2 * np.pi / 60
+FUEL_FLOW_POLYNOMIAL = (0.000046800927870, -0.000779344124807, 0.122178501497750)  # lb/min of % rpm (SPEC 10.3)
 
 
 class Mounting(NamedTuple):
@@ -45,15 +46,25 @@ class Engine(NamedTuple):
     angular_momentum: ca.SX
 
 
+def rotor_speed(throttle):
+    """Rotor speed in % of an engine that runs, at a throttle position in % (SPEC 6)."""
+    return ca.polyval(ca.DM(SPEED_POLYNOMIAL), throttle)
+
+
 def engine(throttle, flow: AirData, running=1) -> Engine:
     """One engine at a throttle position in percent; net thrust never falls below zero (SPEC 6).
 
     With ``running`` 0 all its outputs are zero, its ram drag too (SPEC 10.2).
     """
-    speed = running * ca.polyval(ca.DM(SPEED_POLYNOMIAL), throttle)
+    speed = running * rotor_speed(throttle)
     gross = (THRUST_CUBIC * speed**3 + THRUST_OFFSET) * flow.air.pressure_ratio
     thrust = ca.fmax(0, gross - RAM_DRAG * flow.dynamic_pressure * WING_AREA)
     return Engine(speed, running * thrust, ROTOR_INERTIA * FULL_SPEED_RAD_S * speed / 100)
+
+
+def fuel_flow(rotor_speed, running):
+    """Fuel flow in lb/min; an engine that does not run burns nothing (SPEC 10.2, 10.3)."""
+    return running * ca.polyval(ca.DM(FUEL_FLOW_POLYNOMIAL), rotor_speed)
 
 
 def both_engines(throttles, flow: AirData, running=None) -> tuple[Engine, Engine]:

@@ -42,3 +42,33 @@ TRIM_UNKNOWNS = ("V", "alpha", "beta", "psi_dot", "phi", "elevator", "aileron", 
 
 FULL_TRIM_UNKNOWNS = (*TRIM_UNKNOWNS[: -len(CONTROLS)], *FULL_CONTROLS)
 """Those of any configuration."""
+
+SERVO_GROUPS = ("elevator", "aileron", "rudder", "flaps", "spoilers_inboard", "spoilers_outboard")
+"""Groups of surfaces with the same command, and so always the same position (SPEC 10.1)."""
+
+SIMULATION_STATES = (*STATES, "fuel_used")
+"""Of a flight as time goes on; lb."""
+
+SIMULATION_INPUTS = (
+    *CONTROLS,
+    *("flaps", "spoilers", "gear"),
+    *("wind_north", "wind_east", "wind_down", "gust_x", "gust_y", "gust_z"),
+)
+"""Commands in deg, gear 0 up .. 1 down; wind and gust in ft/s (SPEC 10.1, 10.6)."""
+
+SIMULATION_SETTINGS = (
+    *(f"{control}_{end}" for control in CONTROLS for end in ("lower", "upper")),
+    *("elevator_rate", "aileron_rate", "rudder_rate"),
+    *("failure_time", "damage_case", "engine_left_running", "engine_right_running"),
+    *("stabilizer", "has_shear", "runway_altitude", "has_stall_asymmetry"),
+    *("has_servos", "has_dead_band", "has_throttle_lag", "command_delay", "surface_delay", "has_fuel_burn"),
+)
+"""Limits as the controls, deg/s, s, deg, ft; what does not belong to a failure holds all the time (SPEC 10)."""
+
+SIMULATION_OUTPUTS = (
+    *OUTPUTS,
+    *(f"surface_{name}" for name in SERVO_GROUPS),
+    *("throttle_position", "fuel_flow_left", "fuel_flow_right"),
+    *(f"{control}_{end}" for control in CONTROLS for end in ("least", "greatest")),
+)
+"""After `OUTPUTS`: deg, %, lb/min, and what is left of each control."""

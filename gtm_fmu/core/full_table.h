@@ -26,7 +26,7 @@ typedef struct {
 
 enum { GTM_PANELS = 8, GTM_SEGMENTS = 4, GTM_DAMAGE_CASES = 7, GTM_AERODYNAMIC = 17, GTM_RATES = 3 };
 
-/* Generated from airframe/surfaces.py, damage.py and configuration.py. */
+/* Generated from airframe/surfaces.py, damage.py, actuators.py and configuration.py. */
 extern const gtm_panel gtm_panels[GTM_PANELS];
 extern const gtm_drive gtm_drives[GTM_COMMANDED];
 extern const double gtm_elevator_part, gtm_elevator_arm[GTM_SEGMENTS];
@@ -34,7 +34,8 @@ extern const unsigned char gtm_has_surface[GTM_DAMAGE_CASES][GTM_AERODYNAMIC];
 extern const gtm_range gtm_fuel_used_lb_range, gtm_stabilizer_deg_range, gtm_gear_range, gtm_spoiler_deg_range,
     gtm_flap_deg_range, gtm_surface_gain_range, gtm_surface_offset_deg_range, gtm_wind_ft_s_range,
     gtm_gust_ft_s_range, gtm_runway_altitude_ft_range;
-extern const double gtm_default_runway;
+extern const double gtm_default_runway, gtm_fastest_servo;
+extern const gtm_range gtm_servo_range[]; /* in the order of actuators.SERVOS */
 
 /* Generated from airframe/full_tables.py; six components padded to 8, three to 4. */
 extern const gtm_axis gtm_stabilizer_axis, gtm_spoiler_axis, gtm_damage_alpha_axis, gtm_damage_beta_axis,

@@ -5,7 +5,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from gtm_fmu.airframe import airdata, motion, steady_manoeuvre
+from gtm_fmu.airframe import actuators, airdata, engines, motion, steady_manoeuvre
 from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import Atmosphere, atmosphere
 from gtm_fmu.airframe.configuration import PARAMETERS, RANGES, Parameters, unpacked
@@ -80,6 +80,25 @@ def trim_functions() -> list[ca.Function]:
     ]
 
 
+def actuator_functions() -> list[ca.Function]:
+    """Those between commands and surfaces, and of the fuel (SPEC 10.1-10.3)."""
+    count = len(actuators.SERVOS)
+    positions, commands, rates = (ca.SX.sym(name, count) for name in ("positions", "commands", "rates"))
+    elapsed, throttle, has_dead_band = (ca.SX.sym(name) for name in ("elapsed", "throttle", "has_dead_band"))
+    z, running = ca.SX.sym("z", 2), ca.SX.sym("running", 2)
+    return [
+        function(
+            "cas_servos", [positions, commands, elapsed, rates], [actuators.servos(positions, commands, elapsed, rates)]
+        ),
+        function(
+            "cas_surfaces", [positions, has_dead_band], list(actuators.surface_positions(positions, has_dead_band))
+        ),
+        function("cas_settled_lag", [throttle], [actuators.settled_lag(throttle)]),
+        function("cas_throttle_lag", [z, throttle, elapsed], list(actuators.throttle_lag(z, throttle, elapsed))),
+        function("cas_fuel_flow", [throttle, running], [engines.fuel_flow(engines.rotor_speed(throttle), running)]),
+    ]
+
+
 def _initializer(values) -> str:
     return "{" + ", ".join(map(str, values)) + "}"
 
@@ -108,7 +127,8 @@ def _range_definitions(tables: FullTables) -> list[str]:
     """C of the ranges of a configuration and of the damaged rate tables."""
     return [
         *(f"const gtm_range gtm_{name}_range = {_initializer(ends)};\n" for name, ends in RANGES.items()),
-        f"const double gtm_default_runway = {RUNWAY_ALTITUDE_FT};\n",
+        f"const double gtm_default_runway = {RUNWAY_ALTITUDE_FT}, gtm_fastest_servo = {actuators.RATE_LIMIT_DEG_S};\n",
+        f"const gtm_range gtm_servo_range[] = {_initializer(map(_initializer, actuators.SERVOS.values()))};\n",
         f"const gtm_range gtm_rate_alpha[GTM_RATES] = {_initializer(map(_initializer, tables.rate_alpha))};\n",
     ]
 
@@ -143,4 +163,5 @@ def write_full_tables(folder: Path, tables: FullTables) -> None:
 def generate_full(folder: Path) -> None:
     """Write the generated C of every configuration into ``folder``."""
     write_functions(folder, "full_airframe", [parameter_function(), *motion_functions(), *trim_functions()])
+    write_functions(folder, "actuators", actuator_functions())
     write_full_tables(folder, full_tables())
