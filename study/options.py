@@ -44,9 +44,10 @@ def pair(text: str) -> Any:
     return typer.Option(metavar="LOWER UPPER", help=text)
 
 
-_CASES = "Lost: 1 rudder, 2 vertical tail, 3 flap, 4 wing tip, 5 elevator, 6 stabiliser (3 to 6: the left one); 0 none."
-DAMAGE_CASE = typer.Option(help=_CASES)
-ENGINE_OUT = typer.Option(help="Engines that do not run.")
+DAMAGE_CASES = (
+    "Lost: 1 rudder, 2 vertical tail, 3 flap, 4 wing tip, 5 elevator, 6 stabiliser (3 to 6: the left one); 0 none."
+)
+ENGINES = "Engines that do not run."
 SETTINGS = {
     "stabilizer": "Stabiliser in deg.",
     "flaps": "All flaps in deg.",
@@ -68,8 +69,8 @@ def _limits(control: str) -> Option:
 
 FAILURE: dict[str, Option] = {
     **{LIMITED[control][0].label: _limits(control) for control in LIMITED},
-    "damage_case": Option(Annotated[int, DAMAGE_CASE], 0),
-    "engine_out": Option(Annotated[EngineOut, ENGINE_OUT], EngineOut.NONE),
+    "damage_case": Option(Annotated[int, typer.Option(help=DAMAGE_CASES)], 0),
+    "engine_out": Option(Annotated[EngineOut, typer.Option(help=ENGINES)], EngineOut.NONE),
     **{
         QUANTITIES[name][0].label: Option(Annotated[float, typer.Option(help=text)], 0.0)
         for name, text in SETTINGS.items()

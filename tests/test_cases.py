@@ -8,11 +8,12 @@ from scipy import stats
 from scipy.stats import qmc
 
 from gtm_fmu import axes
-from gtm_fmu.axes import failure_levels, levels, limit_levels, limits_span, span
+from gtm_fmu.axes import choices, failure_levels, levels, limit_levels, limits_span, span
 from gtm_fmu.cases import CaseTable, Sampling
+from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import WIDEST
-from gtm_fmu.inputs import INPUTS
+from gtm_fmu.failures import WIDEST, ControlLimits, Failure, RateLimits
+from gtm_fmu.inputs import CHOICES, INPUTS, LIMITED, QUANTITIES, failure
 
 RANDOM = [Sampling.RANDOM, Sampling.LATIN_HYPERCUBE, Sampling.SOBOL]
 NAMES = [column.name for column in INPUTS]
@@ -35,6 +36,69 @@ class TestColumns:
 
     def test_every_control_has_limits(self):
         assert len(INPUTS) == 2 + 2 * len(WIDEST)
+
+
+class TestFailures:
+    """What further columns mean."""
+
+    def test_every_input(self):
+        values = {
+            "damage_case": 3.0,
+            "engine_out": 2.0,
+            "stabilizer": -2.0,
+            "flaps": 20.0,
+            "spoilers": 5.0,
+            "gear": 0.5,
+        }
+        values |= {"fuel_used": 6.0, "elevator_rate": 100.0, "rudder_rate": 0.0}
+        values |= {
+            "aileron_lower": -3.0,
+            "aileron_upper": 4.0,
+            "throttle_right_lower": 10.0,
+            "throttle_right_upper": 60.0,
+        }
+        assert failure(values) == Failure(
+            ControlLimits(aileron_deg=(-3, 4)),
+            Configuration(
+                damage_case=3,
+                engine_running=(True, False),
+                stabilizer_deg=-2,
+                flap_deg=(20,) * 4,
+                spoiler_deg=(5,) * 4,
+                gear=0.5,
+                fuel_used_lb=6,
+            ),
+            throttle_right_pct=(10, 60),
+            rate_limits=RateLimits(elevator_deg_s=100, rudder_deg_s=0),
+        )
+
+    def test_nothing_is_the_undamaged_aircraft(self):
+        assert failure({"altitude": 0.0, "gamma": 0.0}) == Failure()
+        assert failure(dict(zip(NAMES, sampled().rows(0, 1)[0], strict=True))).airframe is None
+
+    def test_every_axis_has_its_columns(self):
+        """An axis on every input: columns in the order of their failures, the flight condition and airframe first."""
+        varied = [limits_span(control, 0, 1) for control in reversed(LIMITED)]
+        varied += [span(name, 0, 1) for name in QUANTITIES] + [choices(name, [0, 1, 3]) for name in CHOICES]
+        table = CaseTable.sampled(varied, Sampling.SOBOL, 64)
+        names = [column.name for column in table.columns]
+        assert names[:4] == ["altitude", "gamma", "damage_case", "engine_out"]
+        assert names[-3:] == ["elevator_rate", "aileron_rate", "rudder_rate"]
+        assert len(set(names)) == len(names) == len(QUANTITIES) + len(CHOICES) + 2 * len(LIMITED)
+        for row in table.rows(0, 64):
+            value = dict(zip(names, row, strict=True))
+            found = failure(value)
+            assert value["damage_case"] == found.configuration.damage_case in (0, 1, 3)
+            assert (value["throttle_left_lower"], value["throttle_left_upper"]) == found.throttle_left_pct
+            assert (value["elevator_lower"], value["elevator_upper"]) == found.limits.elevator_deg
+            assert value["aileron_rate"] == found.rate_limits.aileron_deg_s
+
+    def test_cases_of_one_airframe_lie_together(self):
+        varied = [levels("altitude", [0, 1]), levels("gamma", [0]), choices("damage_case", [0, 5])]
+        table = CaseTable.lattice([failure_levels("rudder", [0, 1]), *varied])
+        np.testing.assert_array_equal(
+            table.rows(0, 12)[:, :3], np.repeat([[0, 0, 0], [0, 0, 5], [1, 0, 0], [1, 0, 5]], 3, 0)
+        )
 
 
 class TestLattice:
@@ -192,6 +256,14 @@ class TestBadInput:
             (lambda: limits_span("throttle", 100, 0), "throttle in % 100 0 are reversed"),
             (lambda: limits_span("rudder", -30, 30, 1.1), "Share of jams 1.1 is outside 0 .. 1"),
             (lambda: limits_span("rudder", -30, 30, np.nan), "Share of jams nan is outside 0 .. 1"),
+            (lambda: span("fuel_used", 0, 21), "fuel used in lb 21 is outside 0 .. 20"),
+            (lambda: levels("gear", [2]), "gear 2 is outside 0 .. 1"),
+            (lambda: choices("damage_case", [7]), "damage case 7 does not exist; give a whole number from 0 to 6."),
+            (lambda: choices("engine_out", [0.5]), "engine out 0.5 does not exist"),
+            (lambda: choices("damage_case", []), "The lattice is empty: no level of damage_case"),
+            (lambda: choices("damage_case", [1, 1]), "damage case 1 was given twice"),
+            (lambda: levels("rudder", [1]), "There is no such input as 'rudder' here; choose one of altitude, gamma,"),
+            (lambda: limits_span("flap", 0, 1), "There is no such input as 'flap' here; choose one of elevator,"),
             (lambda: sampled(cases=0), "0 cases were asked for; ask for at least one."),
             (lambda: sampled(seed=-1), "The seed -1 is negative; give 0 or more."),
             (lambda: sampled(CONDITIONS[0]), "altitude was given twice"),

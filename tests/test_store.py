@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 
 from gtm_fmu import export, results
-from gtm_fmu.axes import failure_levels, levels, limit_levels
+from gtm_fmu.axes import choices, failure_levels, levels, limit_levels
 from gtm_fmu.cases import CaseTable
 from gtm_fmu.envelope import envelope
 from gtm_fmu.errors import InputError
@@ -122,6 +122,21 @@ class TestContents:
         legend = data.limits_at_v_max.attrs
         meaning = dict(zip(legend["flag_meanings"].split(), legend["flag_masks"], strict=True))
         assert (data.limits_at_v_max[:5] & meaning["throttle.upper"]).astype(bool).all()  # SPEC 9: V_max has 100 %
+
+    def test_choices_are_numbers_with_a_legend(self, tmp_path):
+        held = [levels("altitude", [20000.0]), levels("gamma", [0.0]), levels("aileron_rate", [40.0])]
+        table = CaseTable.lattice([*held, choices("damage_case", [2, 5]), choices("engine_out", [1])])
+        store = CaseStore(tmp_path / "a.zarr", table, OPTIONS, CHUNK)
+        nothing = {name: np.zeros(2, dtype) for name, (dtype, _) in results.schema().items()}
+        store.write(range(2), nothing)
+        data = open_cases(tmp_path / "a.zarr").load()
+        assert (data.damage_case.dtype, data.damage_case.values.tolist()) == (np.uint8, [2, 5])
+        assert data.damage_case.flag_meanings.split()[5] == "left_elevator_off"
+        assert data.engine_out.flag_meanings.split()[int(data.engine_out[0])] == "left"
+        assert (data.aileron_rate.units, data.aileron_rate.values.tolist()) == ("deg/s", [40.0, 40.0])
+        table = export.frame(data)
+        assert table.damage_case.tolist() == ["vertical_tail_off", "left_elevator_off"]
+        assert table.aileron_rate_deg_s.tolist() == [40.0, 40.0]
 
     def test_provenance(self, path):
         made = open_cases(path).attrs

@@ -2,13 +2,17 @@
 
 import json
 import sys
+from itertools import product
 
 import numpy as np
+import pandas as pd
 import pytest
 from distributed import LocalCluster
 
+from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelope import envelope
-from gtm_fmu.failures import ControlLimits
+from gtm_fmu.failures import ControlLimits, Failure
+from gtm_fmu.results import limit_names
 from gtm_fmu.store import open_cases
 from study import paper_lattice, published
 
@@ -69,9 +73,48 @@ class TestCases:
         np.testing.assert_array_equal(rows.min(axis=0), [0, 1, -1, -1, -2, -2, -3, -3, 10, 10])
         np.testing.assert_array_equal(rows.max(axis=0), [10000, 1, 1, 1, 2, 2, 3, 3, 90, 90])
 
+    def test_failures_of_every_kind(self, dataset, tmp_path):
+        """Damage, engines that are out, one weak throttle, a setting and a rate vary; each case is its own envelope."""
+        options = (
+            "--sampling lattice --altitude-ft 3000 3000 --gamma-deg -3 -3 --damage-case 0 --damage-case 4 "
+            "--engine-out none --engine-out right --stabilizer-deg -1 0 --stabilizer-levels 2 "
+            f"--held-throttle-left-pct 0 70 --rudder-rate-deg-s 50 50 {JAM} --export {tmp_path / 'a.csv'}"
+        )
+        assert dataset(options).code == 0
+        data = open_cases(tmp_path / "a.zarr").load()
+        assert (data.rudder_rate == 50).all()
+        varied = product((0, 4), ((True, True), (True, False)), (-1.0, 0.0))
+        for k, (damage_case, running, stabilizer_deg) in enumerate(varied):
+            configuration = Configuration(
+                damage_case=damage_case, engine_running=running, stabilizer_deg=stabilizer_deg
+            )
+            failure = Failure(ControlLimits(rudder_deg=(5, 5)), configuration, throttle_left_pct=(0, 70))
+            exact = envelope(3000.0, -3.0, failure)
+            assert exact.at_v_max
+            assert (data.v_min[k], data.v_max[k]) == (exact.v_min_kt, exact.v_max_kt)
+            for name in ("throttle", "throttle_left", "throttle_right"):
+                value = getattr(exact.at_v_max, f"{name}_pct")
+                np.testing.assert_equal(float(data[f"{name}_at_v_max"][k]), np.nan if value is None else value)
+            assert limit_names(int(data.limits_at_v_max[k])) == exact.at_v_max.limits_hit
+        table = pd.read_csv(tmp_path / "a.csv", keep_default_na=False)
+        assert table.damage_case.tolist() == ["none"] * 4 + ["25_percent_of_the_left_wing_off"] * 4
+        assert table.engine_out.tolist() == ["none", "none", "right", "right"] * 2
+        assert table.rudder_rate_deg_s.tolist() == [50.0] * 8
+        assert table.throttle_left_upper_pct.tolist() == [70.0] * 8
+        assert set(table.throttle_left_at_v_max_pct.map(lambda text: text == "")) == {True, False}
+
     @pytest.mark.parametrize(
         ("options", "described"),
         [
+            (
+                "--damage-case 5 --damage-case 2 --fuel-used-lb 0 8 --throttle-right-pct 0 60",
+                {
+                    "axis_damage_case": "one of [5, 2]",
+                    "axis_fuel_used": "uniform in [0.0, 8.0]",
+                    "axis_throttle_right": "pairs uniform in [0.0, 60.0], share of jams 0.0",
+                },
+            ),
+            ("--engine-out left", {"axis_engine_out": "held at [1]"}),
             ("", {"sampling": "sobol", "cases": 1000, "seed": 0, "axis_altitude": "uniform in [0.0, 30000.0]"}),
             ("--cases 7 --seed 5 --sampling random", {"sampling": "random", "cases": 7, "seed": 5}),
             ("--gamma-deg -1 2", {"axis_gamma": "uniform in [-1.0, 2.0]"}),
@@ -154,6 +197,16 @@ class TestExport:
         ("--cases 0", "0 cases were asked for"),
         ("--altitude-ft 0 0 --gamma-deg 0 0", "Every input is held at one value"),
         ("--alpha-deg 5 0", "alpha in deg 5 0 are reversed"),
+        ("--damage-case 7", "damage case 7 does not exist; give a whole number from 0 to 6."),
+        ("--damage-case 1 --damage-case 1", "damage case 1 was given twice"),
+        ("--engine-out middle", "'middle' is not one of 'none', 'left', 'right', 'both'"),
+        ("--fuel-used-lb 0 21", "fuel used in lb 21 is outside 0 .. 20"),
+        ("--gear 1 0", "gear 1 0 are reversed"),
+        ("--flaps-deg 0 nan", "flaps in deg nan is outside"),
+        ("--throttle-left-pct 60 40", "throttle left in % 60 40 are reversed"),
+        ("--rudder-rate-deg-s 0 301", "rudder rate in deg/s 301 is outside 0 .. 300"),
+        ("--fuel-used-levels 2", "--fuel-used-levels is for a lattice"),
+        ("--presets paper --damage-case 1", "The paper's lattice fixes every axis"),
         ("--workers 0", "0 workers were asked for"),
     ],
 )
