@@ -132,7 +132,7 @@ def stub_library(folder: Path) -> Path:
 
 def wrapper_nanoseconds(folder: Path) -> tuple[float, float]:
     """A step by the model alone and through the FMI functions, in C."""
-    sources = NATIVE_MODELS["dynamics-native"]().all_sources()
+    sources = NATIVE_MODELS["dynamics-native"](()).all_sources()
     sources["fmu_overhead.c"] = Path(__file__).with_name("fmu_overhead.c").read_bytes()
     for name, content in sources.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

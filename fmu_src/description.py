@@ -75,6 +75,8 @@ class Variable:
     boolean: bool = False
     scale: float = 1.0
     """SI per unit in which the slave computes the variable."""
+    bounded: bool = False
+    """Values outside minimum .. maximum are refused."""
 
     def displayed(self, value: float) -> float:
         """A value in SI, in the display unit."""
@@ -92,6 +94,8 @@ class Implementation:
     has_model_exchange: bool = False
     has_partial_derivatives: bool = False
     """Directional ones, and in FMI 3.0 adjoint ones."""
+    memory: int = 0
+    """Numbers that a native model keeps between calls of an instance."""
     sources: tuple[str, ...] = ()
     """C files to compile, under the folder of the sources."""
 
@@ -112,7 +116,7 @@ class ModelDescription:
     """How to use the FMU, paragraph by paragraph."""
     limits: dict[str, tuple[str, str]] = field(default_factory=dict)
     """Parameters between which a command is held, lower and upper: known variables as well during initialization."""
-    constants: dict[str, float] = field(default_factory=dict)
+    constants: dict[str, float | list[float]] = field(default_factory=dict)
     """Numbers that the slave needs besides its variables."""
     implementation: Implementation = PYTHON_SLAVE
 
@@ -157,7 +161,7 @@ def slave_table(model: ModelDescription) -> dict:
         "bounds": {
             str(place[variable.name]): [variable.minimum, variable.maximum]
             for variable in variables
-            if variable.causality == "parameter"
+            if variable.bounded
         },
         "groups": {
             name: [place[group[0].name], place[group[0].name] + len(group)] for name, group in model.groups.items()

@@ -3,11 +3,11 @@
 import ctypes
 from math import isfinite
 from operator import mul, truediv
-from pathlib import Path
 
 from pythonfmu.enums import Fmi2Status
 
-from .slave import ROUNDING, TableSlave, platform_folder
+from .core_library import load_core
+from .slave import ROUNDING, TableSlave
 
 FAULTS = {
     1: "The state is not finite.",
@@ -38,29 +38,14 @@ class Buffer:
         return list(map(mul, self.memory[:], self.scales))
 
 
-def load_core(resources: str) -> ctypes.CDLL:
-    """The compiled core of this platform from the FMU's resources."""
-    folder = Path(resources, "core")
-    here = platform_folder()
-    library = next(iter(sorted(folder.glob(f"{here}/gtm_core.*"))), None)
-    if library is None:
-        inside = ", ".join(sorted(path.name for path in folder.glob("*"))) or "none"
-        raise RuntimeError(
-            f"GtmDynamics has no compiled core for this platform ({here}; inside: {inside}). Build the FMU on it "
-            "with build_fmu.py."
-        )
-    core = ctypes.CDLL(str(library))
-    core.gtm_advance.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
-    return core
-
-
 class GtmDynamics(TableSlave):
     """Flight dynamics of the GTM-T2: states by fixed-step Runge-Kutta, commands held inside their limits."""
 
     def __init__(self, **kwargs):
         """Load the core and make its buffers, which are in its units."""
         super().__init__(**kwargs)
-        self.core = load_core(self.resources)
+        self.core = load_core(self.resources, "GtmDynamics")
+        self.core.gtm_advance.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
         self.held: set[str] = set()
         self.x, self.dx, self.u, self.y = map(self._buffer, ("states", "derivatives", "controls", "outputs"))
         self.limits, solver = self.group("limits"), self.group("solver")

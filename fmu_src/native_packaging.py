@@ -1,19 +1,23 @@
 """Building a native FMU: sources, binaries, documentation, expected results."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 
 from fmu_src.archive import content_id
 from fmu_src.compiler import Platform, all_binaries, host_binary
-from fmu_src.description import ModelDescription
+from fmu_src.description import ModelDescription, Variable
 from fmu_src.documentation import PROJECT, documentation
+from fmu_src.dynamics_variables import dynamics_description
 from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.fmi3_xml import write_build_description, write_fmi3, write_terminals_and_icons
 from fmu_src.icon import icon_png
-from fmu_src.native_sources import header_licence, source_files, variable_table
-from fmu_src.native_variables import DYNAMICS_FAULTS, native_dynamics_description
-from fmu_src.reference_results import reference_files
+from fmu_src.native_sources import core_files, header_licence, source_files, variable_table
+from fmu_src.native_variables import DYNAMICS_FAULTS, DYNAMICS_USAGE, TOLERANCE, native_description
+from fmu_src.reference_results import reference_envelopes, reference_flight
+from gtm_fmu.errors import InputError
 
 SHARED = (
     "model.h",
@@ -22,10 +26,8 @@ SHARED = (
     "instance.c",
     "values.c",
     "evaluation.c",
-    "partial_derivatives.c",
     "fmu_state.c",
 )
-_MOTION = ("motion.c", "table.c", "generated/airframe.c", "generated/tables.c")
 WRITERS = {2: write_fmi2, 3: write_fmi3}
 
 
@@ -73,16 +75,73 @@ def _binary_path(platform: Platform, name: str, fmi: int) -> str:
     return f"binaries/{platform.folder(fmi)}/{name}{platform.suffix}"
 
 
-def dynamics_contents(fmi: int) -> NativeContents:
+@dataclass(frozen=True)
+class NativeModel:
+    """A model as the wrappers take it: sentences of its faults, its C files, what it adds to its pythonfmu sibling."""
+
+    faults: tuple[str, ...]
+    native: tuple[str, ...]
+    """Its files in the folder ``native``."""
+    core: tuple[str, ...] = ()
+    """C files of the core."""
+    usage: tuple[str, ...] = ()
+    groups: Mapping[str, tuple[Variable, ...]] = field(default_factory=dict)
+    has_partial_derivatives: bool = False
+    memory: int = 0
+
+    def contents(
+        self, sibling: ModelDescription, fmi: int, reference: Callable[[ModelDescription], dict[str, bytes]]
+    ) -> NativeContents:
+        """The FMU of FMI 2.0 or 3.0; ``reference`` makes its expected results."""
+        derivatives = f"{'' if self.has_partial_derivatives else 'no_'}partial_derivatives.c"
+        sources = source_files((*SHARED, derivatives, *self.native), self.core, fmi)
+        to_compile = tuple(sorted(name for name in (*sources, "variables.c") if name.endswith(".c")))
+        added = self.usage, self.groups, self.has_partial_derivatives, self.memory
+        model = native_description(sibling, fmi, to_compile, *added)
+        return NativeContents(model, self.faults, sources, reference(model))
+
+
+def refuse_networks(name: str, networks: Sequence[Path]) -> None:
+    """Refuse networks for an FMU without any.
+
+    Raises:
+        InputError: some were given.
+    """
+    if networks:
+        raise InputError(f"Networks were given for the {name} FMU, which uses none: leave them out.")
+
+
+def dynamics_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     """GtmDynamicsNative in FMI 2.0 or GtmDynamicsNative3 in FMI 3.0."""
-    sources = source_files((*SHARED, "dynamics.c", "dormand_prince.h", "dormand_prince.c"), _MOTION, fmi)
-    to_compile = tuple(sorted(name for name in (*sources, "variables.c") if name.endswith(".c")))
-    model = native_dynamics_description(fmi, to_compile)
-    return NativeContents(model, DYNAMICS_FAULTS, sources, reference_files(model))
+    refuse_networks("dynamics", networks)
+    model = dynamics_description()
+    native = NativeModel(
+        faults=DYNAMICS_FAULTS,
+        native=("dynamics.c", "dormand_prince.h", "dormand_prince.c"),
+        core=("motion.c", "table.c", "generated/airframe.c", "generated/tables.c"),
+        usage=DYNAMICS_USAGE,
+        groups={"solver": (*model.groups["solver"], TOLERANCE)},
+        has_partial_derivatives=True,
+    )
+    return native.contents(model, fmi, reference_flight)
 
 
-NATIVE_MODELS: dict[str, Callable[[], NativeContents]] = {
-    "dynamics-native": lambda: dynamics_contents(2),
-    "dynamics-native3": lambda: dynamics_contents(3),
+def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
+    """GtmEnvelopeNative in FMI 2.0 or GtmEnvelopeNative3 in FMI 3.0."""
+    from fmu_src.envelope_variables import ENVELOPE_FAULTS, MEMORY, envelope_description
+
+    refuse_networks("envelope", networks)
+    native = NativeModel(
+        faults=ENVELOPE_FAULTS,
+        native=("envelope_model.c", "stateless.c"),
+        core=core_files(),
+        memory=MEMORY,
+    )
+    return native.contents(envelope_description(), fmi, reference_envelopes)
+
+
+_MAKERS = {"dynamics": dynamics_contents, "envelope": envelope_contents}
+NATIVE_MODELS: dict[str, Callable[[Sequence[Path]], NativeContents]] = {
+    f"{name}-native{'' if fmi == 2 else fmi}": partial(make, fmi) for name, make in _MAKERS.items() for fmi in (2, 3)
 }
 """The native FMUs by their short names: FMI 2.0, and FMI 3.0."""

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
+
 from fmu_src.description import ModelDescription, Variable
 from gtm_fmu.errors import InputError
 
@@ -31,8 +33,13 @@ def header_licence() -> bytes:
     return (text.split("/*", 1)[1].split("*/", 1)[0].strip() + "\n").encode()
 
 
+def core_files() -> tuple[str, ...]:
+    """All C files of the core by their paths in its folder."""
+    return tuple(sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.c")))
+
+
 def source_files(native: Sequence[str], core: Sequence[str], fmi: int) -> dict[str, bytes]:
-    """The sources but for the table of variables, by their paths; all headers of the core are among them.
+    """The sources but for the table of variables, by their paths; with files of the core come all of its headers.
 
     Args:
         native: file names in `NATIVE`, ``fmi2.c`` or ``fmi3.c`` aside.
@@ -41,7 +48,7 @@ def source_files(native: Sequence[str], core: Sequence[str], fmi: int) -> dict[s
     Raises:
         InputError: the core's generated C is missing.
     """
-    headers = sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.h"))
+    headers = sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.h")) if core else []
     try:
         sources = {name: (CORE / name).read_bytes() for name in (*headers, *core)}
     except FileNotFoundError as error:
@@ -72,17 +79,19 @@ def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -
         if places != list(range(min(places, default=0), min(places, default=0) + len(places))):
             raise ValueError(f"The variables of kind {name} do not follow each other.")
         counts |= {array: min(places, default=0), f"N_{array}": len(places)}
-    counts["TIME_REFERENCE"] = kinds.index("TIME")
-    parameters = {
+    counts |= {"TIME_REFERENCE": kinds.index("TIME"), "N_MEMORY": model.implementation.memory}
+    references = {
         variable.name.upper().replace(".", "_"): place
         for place, (variable, found) in enumerate(zip(variables, kinds, strict=True))
-        if found == "PARAMETER"
+        if found in ("INPUT", "OUTPUT", "PARAMETER")
     }
-    lines = [f"    {name} = {value}" for name, value in (counts | parameters).items()]
+    lines = [f"    {name} = {value}" for name, value in (counts | references).items()]
+    constants = [(f"const double model_{name}", np.atleast_1d(value)) for name, value in model.constants.items()]
+    declared = "".join(f"extern {name}[{len(values)}];\n" for name, values in constants)
     header = (
         "/* Written from the model description: value references, groups of them, and how many there are. */\n"
         "#ifndef VARIABLES_H\n#define VARIABLES_H\n\n"
-        f'#define MODEL_TOKEN "{token}"\n\nenum {{\n' + ",\n".join(lines) + "\n};\n\n#endif\n"
+        f'#define MODEL_TOKEN "{token}"\n\nenum {{\n' + ",\n".join(lines) + f"\n}};\n\n{declared}\n#endif\n"
     )
     rows = ",\n".join(_row(variable, found, model, counts) for variable, found in zip(variables, kinds, strict=True))
     sentences = ",\n".join(f"    {_text(sentence)}" for sentence in faults)
@@ -90,6 +99,7 @@ def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -
         '#include <math.h>\n\n#include "model.h"\n\n'
         f"const Variable model_variables[N_VARIABLES] = {{\n{rows}}};\n\n"
         f"const char *const model_faults[N_FAULTS] = {{\n{sentences}}};\n"
+        + "".join(f"\n{name}[] = {{{', '.join(map(_number, values))}}};\n" for name, values in constants)
     )
     return {"variables.h": header.encode(), "variables.c": table.encode()}
 
@@ -108,11 +118,12 @@ def _row(variable: Variable, found: str, model: ModelDescription, counts: dict[s
         _number(variable.nominal, "1"),
         _number(variable.scale, "1"),
     )
-    entries = (_text(variable.name), _text(variable.unit), found, str(int(variable.boolean)), str(lower), *numbers)
+    flags = (str(int(flag)) for flag in (variable.boolean, variable.bounded))
+    entries = (_text(variable.name), _text(variable.unit), found, *flags, str(lower), *numbers)
     return f"    {{{', '.join(entries)}}}"
 
 
-def _number(value: float | None, default: str) -> str:
+def _number(value: float | None, default: str = "") -> str:
     return default if value is None else repr(float(value))
 
 

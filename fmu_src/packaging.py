@@ -23,7 +23,7 @@ from fmu_src.documentation import PROJECT, documentation, legal_texts
 from fmu_src.dynamics_variables import dynamics_description
 from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.icon import icon_png
-from fmu_src.native_packaging import NATIVE_MODELS
+from fmu_src.native_packaging import NATIVE_MODELS, refuse_networks
 from fmu_src.slave import TABLE_FILE, platform_folder
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
@@ -64,16 +64,28 @@ class Contents:
 
 
 def dynamics_contents(networks: Sequence[Path]) -> Contents:
-    """GtmDynamics: the compiled core of this platform."""
-    if networks:
-        raise InputError("Networks were given for the dynamics FMU, which uses none: leave them out.")
+    """GtmDynamics."""
+    refuse_networks("dynamics", networks)
+    return _with_core(dynamics_description(), "gtm_dynamics")
+
+
+def envelope_contents(networks: Sequence[Path]) -> Contents:
+    """GtmEnvelope."""
+    from fmu_src.envelope_variables import envelope_description
+
+    refuse_networks("envelope", networks)
+    return _with_core(envelope_description(), "envelope_slave", "gtm_envelope")
+
+
+def _with_core(model: ModelDescription, *modules: str) -> Contents:
+    """An FMU that carries the compiled core of this platform."""
     try:
         core = library_path()
     except FileNotFoundError as error:
         raise InputError(str(error)) from error
     here = platform_folder()
     resources = {f"core/{here}/{core.name}": core.read_bytes()}
-    return Contents(dynamics_description(), ("slave", "gtm_dynamics"), resources, [here])
+    return Contents(model, ("slave", "core_library", *modules), resources, [here])
 
 
 def surrogate_contents(networks: Sequence[Path]) -> Contents:
@@ -83,11 +95,12 @@ def surrogate_contents(networks: Sequence[Path]) -> Contents:
     found = read_networks(networks)
     resources = {f"{name}.json": path.read_bytes() for name, path in zip(NETWORKS, networks, strict=True)}
     model = surrogate_description(*found)
-    return Contents(model, ("slave", "closed_form", "gtm_surrogate"), resources, _served_platforms())
+    return Contents(model, ("slave", "closed_form", "envelope_slave", "gtm_surrogate"), resources, _served_platforms())
 
 
 MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {
     "dynamics": dynamics_contents,
+    "envelope": envelope_contents,
     "surrogate": surrogate_contents,
 }
 """The FMUs of pythonfmu by their short names."""
@@ -111,16 +124,15 @@ def build(
         InputError: an unknown name, a missing core, network or compiler, a platform that is not served, or a folder
             that cannot be written.
     """
+    given = [Path(network) for network in networks]
     if name in NATIVE_MODELS:
-        if networks:
-            raise InputError(f"Networks were given for the FMU {name}, which uses none: leave them out.")
-        native = NATIVE_MODELS[name]()
+        native = NATIVE_MODELS[name](given)
         return write_archive(Path(destination, f"{native.model.name}.fmu"), native.members(all_platforms))
     if name not in MODELS:
         raise InputError(f"No FMU is called '{name}': choose one of {', '.join((*MODELS, *NATIVE_MODELS))}.")
     if all_platforms:
         raise InputError(f"The FMU {name} runs in Python: only native ones are built for all platforms.")
-    contents = MODELS[name]([Path(network) for network in networks])
+    contents = MODELS[name](given)
     _check_wrapper(contents.platforms)
     members = _wrapped(contents)
     pages = documentation(contents.model, contents.platforms, legal_texts("pythonfmu"))

@@ -1,4 +1,4 @@
-"""Expected results that travel in a native FMU: doublets of elevator and aileron from the start values, by the core."""
+"""Expected results that travel in a native FMU, by the core: a flight with doublets, envelopes of a failing rudder."""
 
 import csv
 import io
@@ -7,10 +7,14 @@ import numpy as np
 
 from fmu_src.description import ModelDescription
 from gtm_fmu import core
+from gtm_fmu.envelope import envelope
+from gtm_fmu.failures import ControlLimits
+from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 
 STEP_S, STOP_S, RECORDED_EVERY = 0.02, 10.0, 5
 DOUBLETS = {"control.elevator": (1.0, 2.0, 3.0, 0.05), "control.aileron": (4.0, 4.5, 5.0, 0.03)}
 """Begin, turn and end in s, and amplitude in rad."""
+ENVELOPES, ENVELOPE_RESULTS = 11, ("v_min", "v_max", "margin.slow", "margin.fast", "feasible")
 
 
 def commands(time_s: float, trim: dict[str, float]) -> dict[str, float]:
@@ -22,7 +26,7 @@ def commands(time_s: float, trim: dict[str, float]) -> dict[str, float]:
     return values
 
 
-def reference_files(model: ModelDescription) -> dict[str, bytes]:
+def reference_flight(model: ModelDescription) -> dict[str, bytes]:
     """Inputs and results of the reference flight as CSV, in SI, in the folder ``extra``."""
     x, u, outputs = (model.groups[group] for group in ("states", "controls", "outputs"))
     x_scale, u_scale, y_scale = (np.array([variable.scale for variable in group]) for group in (x, u, outputs))
@@ -39,10 +43,29 @@ def reference_files(model: ModelDescription) -> dict[str, bytes]:
         inputs.append([time_s, *given.values()])
         held = np.array(list(given.values())) / u_scale
         state = core.advance(state, held, STEP_S, substep_s)
-    return {
-        "extra/gtm-fmu/reference_input.csv": _csv(["time", *trim], inputs),
-        "extra/gtm-fmu/reference_result.csv": _csv(["time", *(v.name for v in (*x, *outputs))], results),
-    }
+    return _files(["time", *trim], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
+
+
+def reference_envelopes(model: ModelDescription) -> dict[str, bytes]:
+    """Inputs and results of a climb while ever less is left of the rudder, as CSV, in SI, in the folder ``extra``."""
+    inputs, results = [], []
+    for i in range(ENVELOPES):
+        part = i / (ENVELOPES - 1)
+        altitude_ft, gamma_deg, tas_kt = 2000 + 20000 * part, -3 + 5 * part, 90.0
+        rudder_deg = (-30 + 35 * part, 25 - 20 * part)  # in the end a jam at 5 deg
+        left = envelope(altitude_ft, gamma_deg, ControlLimits(rudder_deg=rudder_deg))
+        v_min, v_max = left.v_min_kt or 0.0, left.v_max_kt or 0.0
+        condition = (altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, *rudder_deg)))
+        inputs.append([float(i), *condition, tas_kt * M_S_PER_KT])
+        speeds = (v_min, v_max, tas_kt - v_min, v_max - tas_kt)
+        results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(left.feasible)])
+    given = [variable.name for group in ("case", "speed") for variable in model.groups[group]]
+    return _files(["time", *given], inputs, ["time", *ENVELOPE_RESULTS], results)
+
+
+def _files(given: list[str], inputs: list, found: list[str], results: list) -> dict[str, bytes]:
+    names = ("reference_input", given, inputs), ("reference_result", found, results)
+    return {f"extra/gtm-fmu/{name}.csv": _csv(header, rows) for name, header, rows in names}
 
 
 def _csv(header: list[str], rows: list[list[float]]) -> bytes:

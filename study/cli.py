@@ -211,7 +211,7 @@ def predict(
 def build(
     names: Annotated[
         list[str] | None,
-        typer.Argument(help="dynamics, surrogate; in C: dynamics-native (FMI 2.0), dynamics-native3 (FMI 3.0)."),
+        typer.Argument(help="dynamics, envelope, surrogate; in C with -native (FMI 2.0) or -native3 (FMI 3.0)."),
     ] = None,
     output: Annotated[Path, typer.Option(help="Folder of the FMUs.")] = Path("build/fmu"),
     model: Annotated[Path | None, typer.Option(help="Folder of a study, for the surrogate's networks.")] = None,
@@ -220,10 +220,10 @@ def build(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Build FMUs; without names dynamics and surrogate.
+    """Build FMUs; without names dynamics, envelope and surrogate.
 
-    Those two are FMI 2.0 co-simulation and need a Python in the importing tool. The native ones need none, and do
-    model exchange too.
+    Those are FMI 2.0 co-simulation and need a Python in the importing tool. The native ones need none, and do model
+    exchange too: dynamics-native, dynamics-native3, envelope-native, envelope-native3.
     """
     from study.fmus import MODELS, build_fmu
 

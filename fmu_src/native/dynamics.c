@@ -14,9 +14,9 @@ int model_derivatives(const double x[], const double u[], const double values[],
     return fault;
 }
 
-int model_outputs(const double x[], const double u[], const double values[], double y[])
+int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
 {
-    (void)values;
+    (void)values, (void)memory;
     const int fault = gtm_state_fault(x);
     if (!fault) gtm_outputs(x, u, y);
     return fault;

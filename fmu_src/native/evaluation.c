@@ -66,7 +66,8 @@ Status instance_update(Instance *i, int part)
         i->is_stale[part] = false;
         i->fault[part] = -1;
         if (!instance_load(i, x, u, STALE)) return DISCARD;
-        int fault = (part == RATES ? model_derivatives : model_outputs)(x, u, i->now.values, results);
+        int fault = part == RATES ? model_derivatives(x, u, i->now.values, results)
+                                  : model_outputs(x, u, i->now.values, i->memory, results);
         for (int k = 0; k < n && !fault; k++) {
             values[k] = results[k] * model_variables[first + k].scale;
             if (!isfinite(values[k])) fault = FAULT_NOT_FINITE;
@@ -102,8 +103,13 @@ Status instance_step(Instance *i, double point, double duration)
         instance_say(i, DISCARD, "%s The step at %g s is refused.", model_faults[fault], point);
         return DISCARD;
     }
-    memcpy(i->now.values + STATES, moved, N_STATES * sizeof *moved);
+    if (N_STATES == 0) { /* a step is as good as its outputs, which stay those of the inputs */
+        const Status status = instance_update(i, RESULTS);
+        if (status != OK) return status;
+    } else {
+        memcpy(i->now.values + STATES, moved, N_STATES * sizeof *moved);
+        instance_touch(i);
+    }
     i->now.values[TIME_REFERENCE] = point + duration;
-    instance_touch(i);
     return OK;
 }

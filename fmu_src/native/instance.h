@@ -43,6 +43,7 @@ struct Instance {
     bool is_slope_stale;
     int fault[2];                              /* of derivatives and outputs, when not stale */
     double jacobian[ROOM(N_UNKNOWNS * N_KNOWNS)];
+    double memory[ROOM(N_MEMORY)];
     unsigned logged;                           /* bit by category */
     Logger *logger;
     void (*callback)(void);                    /* the importer's, of the type that the wrapper knows */

@@ -2,7 +2,8 @@
 
    Each FMU is compiled from the wrapper of its FMI version (fmi2.c or fmi3.c), what the wrappers share (instance.h), one
    model, and its table of variables: variables.h and variables.c are written from the model description when the FMU is
-   built. A model works in its own units, those of SI divided by the variables' scales, and keeps nothing between calls. */
+   built. A model works in its own units, those of SI divided by the variables' scales, and keeps nothing between calls but
+   what it would compute again. */
 #ifndef MODEL_H
 #define MODEL_H
 
@@ -20,7 +21,7 @@ typedef enum { STATE, DERIVATIVE, INPUT, OUTPUT, PARAMETER, TIME } Kind;
 typedef struct {
     const char *name, *unit;
     Kind kind;
-    int is_boolean;
+    int is_boolean, is_bounded; /* bounded: values outside minimum .. maximum are refused */
     int limits; /* value reference of the lower limit that an input is held inside, the upper one's is next; or -1 */
     double start, minimum, maximum, nominal, scale;
 } Variable;
@@ -37,10 +38,10 @@ extern const char *const model_faults[N_FAULTS];
 /* dx[N_STATES] at x[N_STATES], u[N_INPUTS]. */
 int model_derivatives(const double x[], const double u[], const double values[], double dx[]);
 
-/* y[N_OUTPUTS]. */
-int model_outputs(const double x[], const double u[], const double values[], double y[]);
+/* y[N_OUTPUTS]. `memory` holds N_MEMORY numbers of the instance, all zero at first: results that a model may find again. */
+int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[]);
 
-/* jacobian[N_UNKNOWNS * N_KNOWNS], row by row. */
+/* jacobian[N_UNKNOWNS * N_KNOWNS], row by row; not asked for when no partial derivatives are declared. */
 int model_jacobian(const double x[], const double u[], const double values[], double jacobian[]);
 
 /* Move x on by `duration` in s with constant u. */

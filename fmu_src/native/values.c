@@ -18,7 +18,7 @@ bool instance_is_known(const Instance *i, bool is_boolean, const unsigned refere
 bool instance_is_allowed(const Variable *variable, double value)
 {
     const double slack = ROUNDING * fmax(1, fabs(value));
-    if (variable->kind != PARAMETER) return isfinite(value);
+    if (!variable->is_bounded) return isfinite(value);
     return isfinite(value) && variable->minimum - slack <= value && value <= variable->maximum + slack;
 }
 
@@ -39,13 +39,14 @@ Status instance_get(Instance *i, bool is_boolean, const unsigned references[], s
 static Status take(Instance *i, unsigned v, double value)
 {
     const Variable *variable = model_variables + v;
-    instance_touch(i);
-    i->now.is_refused[v] = !instance_is_allowed(variable, value);
-    if (!i->now.is_refused[v]) {
+    const bool is_allowed = instance_is_allowed(variable, value);
+    if (!is_allowed || i->now.is_refused[v] || value != i->now.values[v]) instance_touch(i);
+    i->now.is_refused[v] = !is_allowed;
+    if (is_allowed) {
         i->now.values[v] = value;
         return OK;
     }
-    if (variable->kind == PARAMETER)
+    if (variable->is_bounded)
         instance_say(i, DISCARD, "%s was given as %g, allowed is %g .. %g %s: %g is kept.", variable->name, value,
             variable->minimum, variable->maximum, variable->unit, i->now.values[v]);
     else

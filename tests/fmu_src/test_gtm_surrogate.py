@@ -111,7 +111,7 @@ class TestBadInput:
             ),
             ({"altitude": math.nan}, "altitude was given as nan, allowed is a finite number"),
             ({"tas": math.inf}, "tas was given as inf, allowed is a finite number"),
-            ({"altitude": 1.7e308, "gamma": 1.7e308}, "no finite value"),
+            ({"altitude": 1.7e308, "gamma": 1.7e308}, "not finite at these inputs"),
         ],
     )
     def test_step_is_discarded(self, fmu, values, sentence):

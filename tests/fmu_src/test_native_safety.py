@@ -17,7 +17,7 @@ SANITIZED = ("-std=c99", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sani
 
 def unpack(folder: Path, model: str) -> list[str]:
     """Sources of a native FMU and the driver in a folder; the files to compile."""
-    sources = NATIVE_MODELS[model]().all_sources() | {"calls.c": (FUZZ / "calls.c").read_bytes()}
+    sources = NATIVE_MODELS[model](()).all_sources() | {"calls.c": (FUZZ / "calls.c").read_bytes()}
     for name, content in sources.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)

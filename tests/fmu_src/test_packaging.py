@@ -78,8 +78,8 @@ class TestArchive:
 
 class TestBadInput:
     def test_unknown_name(self, tmp_path):
-        with pytest.raises(InputError, match=r"No FMU is called 'envelope': choose one of dynamics"):
-            build("envelope", tmp_path)
+        with pytest.raises(InputError, match=r"No FMU is called 'glider': choose one of dynamics"):
+            build("glider", tmp_path)
 
     def test_folder_that_cannot_be_written(self, tmp_path):
         (tmp_path / "file").touch()

@@ -1,0 +1,55 @@
+"""What the slaves of an envelope share, exact or learnt. It runs in the Python of the host."""
+
+from math import isfinite
+from operator import mul, truediv
+from typing import NamedTuple
+
+from .slave import TableSlave
+
+
+class Found(NamedTuple):
+    """v_min, v_max, v_min_std and v_max_std in the units of their variables, and the flags."""
+
+    speeds: list[float]
+    feasible: bool
+    in_domain: bool
+
+
+class EnvelopeSlave(TableSlave):
+    """V_min, V_max and margins of a failed rudder; `find` is asked only when the case has changed."""
+
+    def __init__(self, **kwargs):
+        """Find the places of the variables."""
+        super().__init__(**kwargs)
+        self.case, self.results = self.group("case"), self.group("envelope")
+        self.place = {name: place for place, name in enumerate(self.names)}
+        self.found: tuple[list[float], Found] | None = None
+
+    def find(self, case: list[float]) -> Found:
+        """The envelope of altitude, gamma, rudder.lower and rudder.upper in the units of their variables."""
+        raise NotImplementedError
+
+    def compute(self) -> str | None:
+        """Envelope and margins of the inputs."""
+        values, place, scales = self.values, self.place, self.table["scales"]
+        lower, upper = values[place["rudder.lower"]], values[place["rudder.upper"]]
+        if lower > upper:
+            return f"The rudder limits are reversed: lower {lower:g} is above upper {upper:g} rad."
+        case = list(map(truediv, values[self.case], scales[self.case]))
+        if self.found is None or self.found[0] != case:
+            self.found = case, self.find(case)
+        found = self.found[1]
+        results = list(map(mul, found.speeds, scales[self.results]))
+        tas = values[place["tas"]]
+        margins = [tas - results[0], results[1] - tas]
+        if not isfinite(sum(results) + sum(margins)):
+            return "The outputs are not finite at these inputs."
+        values[self.results] = results
+        values[place["feasible"]], values[place["in_domain"]] = float(found.feasible), float(found.in_domain)
+        values[place["margin.slow"]], values[place["margin.fast"]] = margins
+        return None
+
+    def advance(self, step_size: float) -> str | None:
+        """Nothing moves: the outputs are those of the inputs."""
+        self.is_stale = False
+        return self.compute()
