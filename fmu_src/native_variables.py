@@ -34,8 +34,8 @@ DYNAMICS_USAGE = (
 _CALLS = (
     "A call that the standard does not allow at its place, a value reference that does not exist, a null pointer or a "
     "token of another FMU gives the status Error, one sentence in the log, and changes nothing. A value that is not "
-    "finite, or outside bounds that are enforced, gives Discard; the old value is kept, and nothing is computed until a "
-    "good one comes."
+    "finite, or outside bounds that are enforced, gives Discard; the old value is kept, and nothing is computed until "
+    "a good one comes."
 )
 
 
