@@ -1,0 +1,56 @@
+"""Every form in which a fitted model can be written to a file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+from surrogate.c_source import c_source
+from surrogate.closed_form import ClosedForm, Model, closed_form
+from surrogate.javascript import javascript
+from surrogate.numpy_source import numpy_source
+from surrogate.text import latex, text
+
+
+def json_text(form: ClosedForm) -> str:
+    """Inputs, outputs and the steps of `predict` and `std`, which `surrogate.program` defines, as one JSON object."""
+    document = {
+        "inputs": [
+            {"name": name, "unit": unit, "least": least, "greatest": greatest}
+            for (name, unit), (least, greatest) in zip(form.inputs, form.input_ranges.tolist(), strict=True)
+        ],
+        "outputs": [{"name": name, "unit": unit} for name, unit in form.outputs],
+        "predict": form.predict.to_list(),
+        "std": form.std.to_list() if form.std else None,
+    }
+    return json.dumps(document, allow_nan=False) + "\n"
+
+
+def _onnx(dtype: str) -> Callable[[ClosedForm], bytes]:
+    def serialized(form: ClosedForm) -> bytes:
+        from surrogate.onnx_model import onnx_model
+
+        return bytes(onnx_model(form, dtype).SerializeToString(deterministic=True))
+
+    return serialized
+
+
+FORMS: dict[str, Callable[[ClosedForm], str | bytes]] = {
+    "c": c_source,
+    "js": javascript,
+    "numpy": numpy_source,
+    "onnx": _onnx("float64"),
+    "onnx32": _onnx("float32"),
+    "json": json_text,
+    "text": text,
+    "latex": latex,
+}
+"""Short names of the forms, and what writes them."""
+
+
+def export_model(model: Model, form: str) -> bytes:
+    """The content of a file; `form` is a key of `FORMS`."""
+    if form not in FORMS:
+        raise ValueError(f"'{form}' is no form of an export: choose one of {', '.join(FORMS)}.")
+    content = FORMS[form](closed_form(model))
+    return content if isinstance(content, bytes) else content.encode()
