@@ -7,12 +7,13 @@ ones.
 """
 
 from dataclasses import asdict, dataclass, replace
-from itertools import pairwise
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from gtm_fmu import manoeuvre
+from gtm_fmu.boundary import Boundary, BoundaryPoint, traced
 from gtm_fmu.core import solver
 from gtm_fmu.failures import ControlLimits, Failure, Range
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, PSI_DOT, RUDDER, THROTTLE, Trim, V
@@ -21,7 +22,6 @@ from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 _THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
 
 _GAP_STEP_KT, _EDGE_TOLERANCE_KT, _HELD = 0.5, 0.001, 1e-6
-_FIRST_SPEEDS, _SPEED_TOLERANCE_KT, _RATE_TOLERANCE_DEG_S = 9, 0.1, 0.05  # of a boundary
 
 # Unknown and sign of what is made least: the envelope's two ends, and the throttle that tells whether there is one.
 _V_MIN, _V_MAX, _T_MIN = (V, 1.0), (V, -1.0), (THROTTLE, 1.0)
@@ -61,20 +61,6 @@ class Envelope:
             values["failure"] = {name: value for name, value in asdict(self.failure).items() if name != "limits"}
         ends = {name: getattr(self, name) for name in ("at_v_min", "at_v_max")}
         return values | {name: trim and trim.to_dict() for name, trim in ends.items()}
-
-
-@dataclass(frozen=True)
-class Boundary:
-    """Lowest and highest turn rate (n) in deg/s over true airspeed (n) in kt, NaN where no manoeuvre exists.
-
-    ``limits_min`` and ``limits_max`` (n) name the limits that hold each point (`manoeuvre.limits_hit`).
-    """
-
-    tas_kt: np.ndarray
-    turn_rate_min_deg_s: np.ndarray
-    turn_rate_max_deg_s: np.ndarray
-    limits_min: tuple[tuple[str, ...], ...]
-    limits_max: tuple[tuple[str, ...], ...]
 
 
 class FlightCondition:
@@ -136,20 +122,25 @@ class FlightCondition:
         found to 0.001 kt.
         """
         whole = self.envelope(rudder_deg)
+        return tuple((slowest.tas_kt, fastest.tas_kt) for slowest, fastest in self._interval_ends(whole))
+
+    def _interval_ends(self, whole: Envelope) -> list[tuple[BoundaryPoint, BoundaryPoint]]:
+        """The slowest and the fastest manoeuvre of each interval of speeds."""
         if not (whole.feasible and whole.at_v_min and whole.at_v_max):
-            return ()
+            return []
         limits_deg = whole.limits.rudder_deg
-        slowest, fastest = whole.at_v_min.tas_kt, whole.at_v_max.tas_kt
-        start, previous, intervals = slowest, slowest, []
-        y: np.ndarray | None = whole.at_v_min.unknowns
-        for speed in np.append(np.arange(slowest, fastest, _GAP_STEP_KT)[1:], fastest).tolist():
-            found = self._trim_at(limits_deg, speed, y) if speed < fastest else whole.at_v_max.unknowns
+        slowest, fastest = whole.at_v_min, whole.at_v_max
+        start, ends = self._point(limits_deg, slowest.tas_kt, slowest.unknowns), []
+        previous = slowest.tas_kt
+        y: np.ndarray | None = slowest.unknowns
+        for speed in np.append(np.arange(slowest.tas_kt, fastest.tas_kt, _GAP_STEP_KT)[1:], fastest.tas_kt).tolist():
+            found = self._trim_at(limits_deg, speed, y) if speed < fastest.tas_kt else fastest.unknowns
             if found is not None and y is None:
                 start = self._edge(limits_deg, speed, previous, found)
             elif found is None and y is not None:
-                intervals.append((start, self._edge(limits_deg, previous, speed, y)))
+                ends.append((start, self._edge(limits_deg, previous, speed, y)))
             previous, y = speed, found
-        return (*intervals, (start, fastest))
+        return [*ends, (start, self._point(limits_deg, fastest.tas_kt, fastest.unknowns))]
 
     @property
     def _has_two_throttles(self) -> bool:
@@ -163,36 +154,28 @@ class FlightCondition:
                 return found.y
         return None
 
-    def _edge(self, rudder_deg: Range, inside: float, outside: float, y: np.ndarray) -> float:
-        """Speed in kt, between one with the trim y and one without any, where the trims end."""
+    def _edge(self, rudder_deg: Range, inside: float, outside: float, y: np.ndarray) -> BoundaryPoint:
+        """Where trims end between a speed in kt with the trim y and one without any."""
         while abs(outside - inside) > _EDGE_TOLERANCE_KT:
             middle = 0.5 * (inside + outside)
             found = self._trim_at(rudder_deg, middle, y)
             inside, outside, y = (inside, middle, y) if found is None else (middle, outside, found)
-        return inside
+        return self._point(rudder_deg, inside, y)
 
     def boundary(self, rudder_deg: Range | None = None) -> Boundary:
-        """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points.
-
-        Speeds are added until straight lines between the points keep to the turn rates within 0.05 deg/s, or the points
-        are 0.1 kt apart.
-        """
+        """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points."""
         whole = self.envelope(rudder_deg)
-        if not (whole.feasible and whole.at_v_min and whole.at_v_max):
-            return Boundary(np.empty(0), np.empty(0), np.empty(0), (), ())
-        sides: list[dict[float, np.ndarray]] = []
-        for goal in (_PSI_DOT_MIN, _PSI_DOT_MAX):
-            ends = {trim.tas_kt: trim.unknowns for trim in (whole.at_v_min, whole.at_v_max)}
-            sides.append(self._traced(whole.limits.rudder_deg, goal, ends))
-        speeds = np.array(sorted(sides[0] | sides[1]))
-        lower, upper = self._bounds_with(whole.limits.rudder_deg)
-        rates, limits = [], []
-        for side in sides:
-            known = np.array(sorted(side))
-            rates.append(np.interp(speeds, known, [side[speed][PSI_DOT] * DEG_PER_RAD for speed in known.tolist()]))
-            nearest = known[np.abs(speeds[:, None] - known).argmin(axis=1)]
-            limits.append(tuple(manoeuvre.limits_hit(side[speed], lower, upper) for speed in nearest.tolist()))
-        return Boundary(speeds, rates[0], rates[1], limits[0], limits[1])
+        limits_deg = whole.limits.rudder_deg
+
+        def extreme(goal: tuple[int, float], tas_kt: float, starts: np.ndarray | None) -> BoundaryPoint | None:
+            found = self._extreme(limits_deg, goal, tas_kt, starts)
+            return self._point(limits_deg, tas_kt, found.y) if found.status == solver.TRIMMED else None
+
+        return traced(self._interval_ends(whole), partial(extreme, _PSI_DOT_MIN), partial(extreme, _PSI_DOT_MAX))
+
+    def _point(self, rudder_deg: Range, tas_kt: float, y: np.ndarray) -> BoundaryPoint:
+        hit = manoeuvre.limits_hit(y, *self._bounds_with(rudder_deg))
+        return BoundaryPoint(tas_kt, float(y[PSI_DOT]) * DEG_PER_RAD, y, hit)
 
     def extremes(self) -> np.ndarray:
         """Trim unknowns (n, 9) at V_min and V_max under the limits of this condition; none without an envelope."""
@@ -203,31 +186,6 @@ class FlightCondition:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper bounds (9 each) of the trim unknowns, in the core's units."""
         return self._lower, self._upper
-
-    def _traced(
-        self, rudder_deg: Range, goal: tuple[int, float], ends: dict[float, np.ndarray]
-    ) -> dict[float, np.ndarray]:
-        """Extremes of the turn rate over speed in kt, dense enough for straight lines; NaN without a manoeuvre."""
-        slowest, fastest = ends
-        traced = dict(ends)
-        for speed in np.linspace(slowest, fastest, _FIRST_SPEEDS)[1:-1].tolist():
-            traced[speed] = self._unknowns(self._extreme(rudder_deg, goal, speed))
-        open_intervals = list(pairwise(sorted(traced)))
-        while open_intervals:
-            low, high = open_intervals.pop()
-            if high - low < _SPEED_TOLERANCE_KT:
-                continue
-            middle = 0.5 * (low + high)
-            starts = np.array([traced[speed] for speed in (low, high) if np.isfinite(traced[speed]).all()])
-            found = self._extreme(rudder_deg, goal, middle, starts if len(starts) else None)
-            traced[middle] = self._unknowns(found)
-            straight = 0.5 * (traced[low] + traced[high])[PSI_DOT]
-            if not abs(traced[middle][PSI_DOT] - straight) * DEG_PER_RAD < _RATE_TOLERANCE_DEG_S:  # NaN too
-                open_intervals += [(low, middle), (middle, high)]
-        return traced
-
-    def _unknowns(self, found: solver.Extreme) -> np.ndarray:
-        return found.y if found.status == solver.TRIMMED else np.full_like(found.y, np.nan)
 
     def _trim(self, found: solver.Extreme, limits: ControlLimits) -> Trim | None:
         if found.status == solver.NO_TRIM:

@@ -11,8 +11,8 @@ from gtm_fmu.core import solver
 from gtm_fmu.envelope import Envelope, FlightCondition, envelope
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Range
-from gtm_fmu.manoeuvre import PHI, PSI_DOT, RUDDER, THROTTLE, Trim, V
-from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
+from gtm_fmu.manoeuvre import PHI, RUDDER, THROTTLE, Trim, V
+from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 from tests.reference import plain_model
 
 SCALE = solver.scale()
@@ -286,39 +286,6 @@ def test_wider_failures_of_the_lattice_contain_narrower_ones(paper_lattice):
         for narrow in np.flatnonzero((lower >= lower[wide]) & (upper <= upper[wide])):
             assert np.all(v_min[..., wide] <= v_min[..., narrow] + 1e-4)
             assert np.all(v_max[..., wide] >= v_max[..., narrow] - 1e-4)
-
-
-@pytest.mark.parametrize("name", ["jam", "hard jam", "restriction off centre", "with a gap"])
-def test_the_boundary_against_batch_trims(name):
-    """At speeds between the ends: every feasible turn rate of a scan lies inside, and the ends are reached."""
-    case = CASES[name]
-    boundary = case.condition.boundary(case.rudder_deg)
-    found = case.condition.envelope(case.rudder_deg)
-    assert (boundary.tas_kt[0], boundary.tas_kt[-1]) == pytest.approx((found.v_min_kt, found.v_max_kt), abs=1e-9)
-    assert np.all(np.diff(boundary.tas_kt) > 0)
-    gaps = np.isnan(boundary.turn_rate_min_deg_s) | np.isnan(boundary.turn_rate_max_deg_s)
-    assert gaps.any() == (name == "with a gap")
-    for k in range(1, len(boundary.tas_kt) - 1, max(len(boundary.tas_kt) // 8, 1)):
-        tas_kt = boundary.tas_kt[k]
-        y = scan(case, [tas_kt], np.arange(-30, 30.01, 0.1), deflections(case, 0.5))
-        if gaps[k]:
-            assert not len(y)
-            continue
-        lower, upper = boundary.turn_rate_min_deg_s[k], boundary.turn_rate_max_deg_s[k]
-        assert lower <= upper
-        rates = y[:, PSI_DOT] * DEG_PER_RAD
-        assert np.all((rates >= lower - 0.06) & (rates <= upper + 0.06))  # between points it is drawn straight
-        if len(rates):
-            assert rates.min() == pytest.approx(lower, abs=0.3)
-            assert rates.max() == pytest.approx(upper, abs=0.3)
-        if case.rudder_deg[0] == case.rudder_deg[1] and upper - lower > 1:
-            asked = np.linspace(lower - 1, upper + 1, 60)
-            trims = steady.trims(
-                case.altitude_ft, tas_kt, case.gamma_deg, asked, ControlLimits(rudder_deg=case.rudder_deg)
-            )
-            feasible = asked[trims.status == solver.TRIMMED]
-            assert np.all((feasible > lower - 0.06) & (feasible < upper + 0.06))
-            assert len(feasible) > 5
 
 
 def test_without_an_envelope_the_nearest_trims_are_given():

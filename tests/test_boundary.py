@@ -1,0 +1,163 @@
+"""The boundary polygon against edges found without the search along the manifold: Newton trims and bisection."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from gtm_fmu import manoeuvre, steady
+from gtm_fmu.boundary import RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT, Boundary
+from gtm_fmu.core import solver
+from gtm_fmu.core.configuration import Configuration
+from gtm_fmu.envelope import FlightCondition
+from gtm_fmu.failures import ControlLimits, Failure
+
+GAP = (33591.549399502124, 0.3801354179272882, Failure(ControlLimits(rudder_deg=(7.731865359248744,) * 2)))
+
+
+def rudder(lower, upper, **others) -> Failure:
+    return Failure(ControlLimits(rudder_deg=(lower, upper)), **others)
+
+
+JAMS = {
+    "jam": (7431.0, 1.37, rudder(-6.4, -6.4)),
+    "jam at a breakpoint": (12000.0, -4.2, rudder(10, 10)),
+    "hard jam": (18250.0, -3.1, rudder(22.6, 22.6)),
+    "near the ceiling": (30000.0, 1.0, rudder(9, 9)),
+    "with a gap": GAP,
+    "jam and a lost wing tip": (5000.0, 1.0, rudder(4, 4, configuration=Configuration(damage_case=4))),
+}
+RESTRICTIONS = {
+    "restriction": (10000.0, -5.0, rudder(5, 25)),
+    "restriction off centre": (14210.0, -1.9, rudder(13.7, 21.2)),
+    "no failure": (10000.0, 0.0, rudder(-30, 30)),
+    "narrow, near the ceiling": (31000.0, 0.6, rudder(-9, -5.5)),
+}
+STEP_DEG_S = 1.0
+RATES_DEG_S = np.arange(-20.0, 20.01, STEP_DEG_S)
+TOLERANCES = np.array([SPEED_TOLERANCE_KT, RATE_TOLERANCE_DEG_S])
+
+
+def feasible(condition: FlightCondition, tas_kt, rates_deg_s, rudder_deg):
+    """Whether the jammed trim at each place is inside the bounds, and which of them it exceeds or holds."""
+    at = condition.altitude_ft, tas_kt, condition.gamma_deg, rates_deg_s, condition.failure
+    found = steady.trims(*at, rudder_deg=np.stack([rudder_deg, rudder_deg], axis=-1))
+    return (found.status == solver.TRIMMED).reshape(np.shape(tas_kt)), found.y
+
+
+def edges(condition: FlightCondition, speeds_kt, rudders_deg) -> np.ndarray:
+    """Lowest and highest turn rate (2, speeds) of any of the jams, bisected from a scan to 1e-4 deg/s; NaN for none."""
+    speed, jam, rate = (a.astype(float) for a in np.meshgrid(speeds_kt, rudders_deg, RATES_DEG_S, indexing="ij"))
+    inside, _ = feasible(condition, speed, rate, jam)
+    found = []
+    for side, order in ((-1, inside), (1, inside[..., ::-1])):
+        has_some = inside.any(axis=-1)
+        first = order.argmax(axis=-1)
+        first = first if side < 0 else len(RATES_DEG_S) - 1 - first
+        good, bad = RATES_DEG_S[first], RATES_DEG_S[first] + STEP_DEG_S * side
+        for _ in range(14):
+            middle = 0.5 * (good + bad)
+            is_inside, _ = feasible(condition, speed[..., 0], middle, jam[..., 0])
+            good, bad = np.where(is_inside, middle, good), np.where(is_inside, bad, middle)
+        outermost = np.where(has_some, side * good, -np.inf).max(axis=-1)
+        found.append(np.where(np.isfinite(outermost), side * outermost, np.nan))
+    return np.array(found)
+
+
+def distance(boundary: Boundary, tas_kt: float, rate_deg_s: float) -> float:
+    """From a point to the nearest on the polygons, in units of the promised tolerances."""
+    nearest = []
+    for rates, speeds in boundary.outlines:
+        vertices = np.arange(len(speeds))
+        places = np.linspace(0, vertices[-1], 40 * len(speeds))
+        along = np.array(
+            [np.interp(places, vertices, speeds) - tas_kt, np.interp(places, vertices, rates) - rate_deg_s]
+        )
+        nearest.append(np.abs(along / TOLERANCES[:, None]).max(axis=0).min())
+    return min(nearest)
+
+
+@pytest.mark.parametrize("name", JAMS)
+def test_polygon_of_a_jam_lies_on_the_edges_of_its_trims(name):
+    condition = FlightCondition(*JAMS[name])
+    boundary = condition.boundary()
+    speeds = np.linspace(boundary.tas_kt[0] + 0.11, boundary.tas_kt[-1] - 0.11, 41)
+    found = edges(condition, speeds, [condition.limits.rudder_deg[0]])
+    assert np.isfinite(found).mean() > 0.6
+    for speed, *rates in zip(speeds, *found, strict=True):
+        if np.isfinite(rates).all():
+            assert max(distance(boundary, speed, rate) for rate in rates) < 1
+        else:
+            assert not any(outline.min() < speed < outline.max() for _, outline in boundary.outlines)
+
+
+@pytest.mark.parametrize("name", RESTRICTIONS)
+def test_polygon_of_a_restriction_holds_the_edges_of_its_jams(name):
+    """All jams lie inside; where it goes beyond their grid, the jam of its own deflection reaches it."""
+    condition = FlightCondition(*RESTRICTIONS[name])
+    boundary = condition.boundary()
+    speeds = np.linspace(boundary.tas_kt[0] + 0.3, boundary.tas_kt[-1] - 0.3, 5)
+    jams = np.linspace(*condition.limits.rudder_deg, 21)
+    edge = edges(condition, speeds, jams)
+    sides = boundary.turn_rate_min_deg_s, boundary.turn_rate_max_deg_s
+    for sign, found, rates in zip((-1, 1), edge, sides, strict=True):
+        drawn = np.interp(speeds, boundary.tas_kt, rates)
+        assert np.all(sign * found <= sign * drawn + RATE_TOLERANCE_DEG_S)
+        for speed, rate in zip(speeds, drawn, strict=True):
+            inner = steady.trim(
+                condition.altitude_ft, speed, condition.gamma_deg, rate - sign * RATE_TOLERANCE_DEG_S, condition.limits
+            )
+            assert inner.feasible
+            outer, _ = feasible(condition, np.full(21, speed), np.full(21, rate + sign * RATE_TOLERANCE_DEG_S), jams)
+            assert not outer.any()
+
+
+@pytest.mark.parametrize("name", ["jam", "hard jam", "jam and a lost wing tip"])
+def test_every_piece_names_the_limit_that_a_trim_beyond_it_exceeds(name):
+    condition = FlightCondition(*JAMS[name])
+    jam, kinds = condition.limits.rudder_deg[0], set()
+    (around,) = condition.boundary().polygons
+    for piece in around:
+        points = np.array([piece.tas_kt, piece.turn_rate_deg_s])
+        middle, along = 0.5 * (points[:, 1:] + points[:, :-1]), np.diff(points)
+        across = 0.02 * np.array([-along[1], along[0]]) / np.hypot(*along)
+        corners = np.abs(middle[..., None] - points[:, None, [0, -1]]) / TOLERANCES[:, None, None]
+        clear = (corners.max(axis=0) > 1).all(axis=1)  # of the corners, which lie within a tolerance
+        for side in (middle + across, middle - across):
+            inside, y = feasible(condition, *side, np.full(len(clear), jam))
+            for row in y[clear & ~inside][::9]:
+                assert set(piece.limits) & set(manoeuvre.limits_hit(row, *condition.bounds))
+                kinds |= set(piece.limits)
+    assert {"phi.upper", "throttle.upper"} < kinds
+
+
+def test_polygons_are_closed_and_their_pieces_meet():
+    boundary = FlightCondition(*GAP).boundary()
+    assert len(boundary.polygons) == 2  # a gap in speed
+    for around in boundary.polygons:
+        points = [np.column_stack([piece.turn_rate_deg_s, piece.tas_kt]) for piece in around]
+        for before, after in zip(points, points[1:] + points[:1], strict=True):
+            np.testing.assert_array_equal(before[-1], after[0])
+        for before, after in pairwise(around):
+            assert before.limits != after.limits
+        assert all(piece.limits for piece in around)
+        assert json.loads(json.dumps([piece.to_dict() for piece in around]))[0]["limits"] == list(around[0].limits)
+    gap = np.flatnonzero(np.isnan(boundary.turn_rate_min_deg_s))
+    assert len(gap) == 1
+
+
+def test_an_envelope_of_one_speed_has_a_boundary_of_one_point():
+    trim = steady.trim(10000, 118.5, 0, 0, ControlLimits(rudder_deg=(10, 10)))
+    held = {"elevator_deg": trim.elevator_deg, "aileron_deg": trim.aileron_deg, "throttle_pct": trim.throttle_pct}
+    limits = ControlLimits(**{name: (value, value) for name, value in held.items()}, rudder_deg=(10, 10))
+    boundary = FlightCondition(10000, 0, limits).boundary()
+    for rates, speeds in boundary.outlines:
+        np.testing.assert_allclose(speeds, 118.5, atol=1e-3)
+        np.testing.assert_allclose(rates, 0, atol=1e-3)
+    assert len(boundary.polygons) == 1
+
+
+def test_without_an_envelope_there_is_no_polygon():
+    boundary = FlightCondition(30000, 5, ControlLimits(rudder_deg=(30, 30))).boundary()
+    assert boundary.polygons == boundary.outlines == ()
