@@ -124,7 +124,7 @@ def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, 
         while len(asked) < _PIECES_A_THREAD * max(threads, 1) and (next_piece := next(pieces, None)):
             cases = store.table.rows(next_piece[1].start, next_piece[1].stop)
             arguments = {**options, "inputs": inputs, "asked_by": results.provenance()}
-            future = client.submit(results.evaluate, cases, **arguments, pure=False, retries=_RETRIES)
+            future = client.submit(_evaluation(), cases, **arguments, pure=False, retries=_RETRIES)
             asked[future.key] = next_piece
             running.add(future)
 
@@ -143,6 +143,17 @@ def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, 
             progress(done, total)
 
 
+def _evaluation() -> Callable[..., dict[str, np.ndarray]]:
+    """`results.evaluate`, imported only where it runs, so that a worker without this package can read the task."""
+
+    def evaluate(cases: np.ndarray, **arguments) -> dict[str, np.ndarray]:  # nested, so it is sent by its value
+        from gtm_fmu import results
+
+        return results.evaluate(cases, **arguments)
+
+    return evaluate
+
+
 def _pieces(chunk: range) -> list[range]:
     return [chunk[start : start + PIECE] for start in range(0, len(chunk), PIECE)]
 
@@ -153,6 +164,11 @@ def _result(future, piece: range) -> dict[str, np.ndarray]:
         return future.result()
     except (InputError, *_LOST):
         raise
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"A worker has no module {error.name}; install gtm-fmu {results.provenance()['gtm_fmu_version']} on every "
+            "worker and give the same command again, finished chunks are kept."
+        ) from None
     except KilledWorker:
         raise _unfinished(f"Workers died again and again {at}") from None
     except Exception as error:

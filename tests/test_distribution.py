@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from logging import CRITICAL
 from pathlib import Path
 
 import dask
@@ -112,6 +113,17 @@ def failing_at(case: int, fail):
     return evaluate_or_fail
 
 
+WITHOUT_PACKAGE = """
+import sys
+class Nowhere:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] == "gtm_fmu":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Nowhere())
+assert "gtm_fmu" not in sys.modules
+"""
+
+
 class TestCluster:
     def test_of_the_user(self, tmp_path, address, expected):
         calls = []
@@ -156,7 +168,7 @@ class TestCluster:
         assert files(tmp_path / "a") == expected
 
     def test_workers_that_die_again_and_again(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(results, "evaluate", failing_at(9, lambda: os._exit(1)))
+        monkeypatch.setattr(distribution, "_evaluation", lambda: failing_at(9, lambda: os._exit(1)))
         with (
             dask.config.set({"distributed.scheduler.allowed-failures": 0}),
             pytest.raises(InputError, match=r"Workers died again and again at cases .*; finished chunks are kept"),
@@ -174,6 +186,14 @@ class TestCluster:
             with pytest.raises(InputError, match=reason):
                 compute(tmp_path / "a", TABLE, chunk=CHUNK, scheduler=cluster.scheduler_address, progress=lose)
         assert open_cases(tmp_path / "a").finished[: 2 * CHUNK].all()
+
+    def test_workers_without_the_package(self, tmp_path):
+        with (
+            LocalCluster(1, 1, preload=[WITHOUT_PACKAGE], dashboard_address=":0", silence_logs=CRITICAL) as cluster,
+            pytest.raises(InputError, match=r"A worker has no module gtm_fmu; install gtm-fmu .* on every worker and"),
+        ):
+            compute(tmp_path / "a", TABLE, scheduler=cluster.scheduler_address)
+        assert not list(tmp_path.iterdir())
 
     def test_without_workers(self, tmp_path, monkeypatch):
         monkeypatch.setattr(distribution, "_WORKER_S", 0.2)
