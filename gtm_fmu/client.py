@@ -27,6 +27,7 @@ from fmpy.fmi2 import (
 from fmpy.model_description import ModelDescription
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.interrupt import held_interrupt
 
 
 class FmuError(RuntimeError):
@@ -238,7 +239,8 @@ class FmuClient:
         if not self._is_stepping:
             self._check("initialization", self._functions().fmi2ExitInitializationMode(self._component))
             self._is_stepping = True
-        self._check("step", self._functions().fmi2DoStep(self._component, self.time_s, duration_s, 0))
+        with held_interrupt():
+            self._check("step", self._functions().fmi2DoStep(self._component, self.time_s, duration_s, 0))
         self.time_s += duration_s
 
     def simulate(
@@ -261,14 +263,16 @@ class FmuClient:
             raise InputError(f"Steps of {step_s} s to {stop_time_s} s cannot be taken: give a positive step.")
         start_s = self.time_s
         count = max(0, round((stop_time_s - start_s) / step_s))
-        rows = [self.get(record)]
+        with held_interrupt():
+            rows = [self.get(record)]
         for i in range(count):
-            if commands is not None:
-                given = commands(self.time_s)
-                self.set(tuple(given), list(given.values()))
-            self.step(step_s)
-            self.time_s = start_s + (i + 1) * step_s
-            rows.append(self.get(record))
+            with held_interrupt():
+                if commands is not None:
+                    given = commands(self.time_s)
+                    self.set(tuple(given), list(given.values()))
+                self.step(step_s)
+                self.time_s = start_s + (i + 1) * step_s
+                rows.append(self.get(record))
         columns = np.array(rows).T
         return {"time": start_s + step_s * np.arange(count + 1)} | dict(zip(record, columns, strict=True))
 

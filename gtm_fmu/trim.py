@@ -41,6 +41,7 @@ from gtm_fmu.evaluation import (
     FmuFunction,
 )
 from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.interrupt import held_interrupt
 from gtm_fmu.manoeuvre import (
     AILERON,
     ALPHA,
@@ -133,7 +134,9 @@ class FmuTrimmer:
         altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
         gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
         at = altitude_ft, gamma_deg * RAD_PER_DEG
-        y = self._solve(at, lower, upper, [] if warm_start is None else [np.clip(warm_start.unknowns, lower, upper)])
+        starts = [] if warm_start is None else [np.clip(warm_start.unknowns, lower, upper)]
+        with held_interrupt():
+            y = self._solve(at, lower, upper, starts)
         inside = self._is_inside(y, lower, upper)
         return Trim.of_unknowns(y, altitude_ft, gamma_deg, inside, manoeuvre.limits_hit(y, lower, upper))
 
