@@ -1,7 +1,10 @@
 """Compiling the sources of a native FMU: this platform with its own compiler, others with Zig's."""
 
+import itertools
 import logging
 import os
+import posixpath
+import re
 import shlex
 import subprocess
 import sys
@@ -11,11 +14,12 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
+from fmu_src.archive import digest
 from fmu_src.slave import platform_folder
 from gtm_fmu.errors import InputError
 
-FLAGS = ("-std=c99", "-O2", "-g0", "-fvisibility=hidden", "-shared", "-I.")
-_ELF = ("-fPIC", "-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
+FLAGS = ("-std=c99", "-O2", "-g0", "-fvisibility=hidden")
+_ELF = ("-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
 """An FMU calls its own functions, whatever else a process has loaded."""
 
 log = logging.getLogger(__name__)
@@ -29,7 +33,8 @@ class Platform:
     fmi2: str | None
     fmi3: str
     suffix: str = ".so"
-    flags: tuple[str, ...] = _ELF
+    flags: tuple[str, ...] = ("-fPIC",)
+    link_flags: tuple[str, ...] = _ELF
 
     def folder(self, fmi: int) -> str | None:
         """Name of the folder under ``binaries``."""
@@ -40,9 +45,9 @@ PLATFORMS = (
     Platform("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux"),
     Platform("x86_64-linux-musl", None, "x86_64-linux-musl"),
     Platform("aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux"),
-    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll", ()),
-    Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib", ("-fPIC",)),
-    Platform("aarch64-macos", "aarch64-darwin", "aarch64-darwin", ".dylib", ("-fPIC",)),
+    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll", (), ()),
+    Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib", link_flags=()),
+    Platform("aarch64-macos", "aarch64-darwin", "aarch64-darwin", ".dylib", link_flags=()),
 )
 
 
@@ -100,22 +105,55 @@ def all_binaries(name: str, sources: dict[str, bytes], fmi: int) -> dict[Platfor
 
 
 def _compile(command: Sequence[str], platform: Platform, name: str, sources: dict[str, bytes]) -> bytes:
-    """One shared library; compiled with relative paths, so that nothing of this machine gets into it."""
+    """One shared library; compiled with relative paths, so that nothing of this machine gets into it.
+
+    Objects are kept in this process: FMUs of the same model or core share them.
+    """
+    keys = {
+        path: (*command, *platform.flags, path, digest(_with_includes(path, sources)))
+        for path in sorted(sources)
+        if path.endswith(".c")
+    }
     with tempfile.TemporaryDirectory(prefix="gtm_fmu_") as folder:
+        missing = [path for path, key in keys.items() if key not in _OBJECTS]
         for path, content in sources.items():
             Path(folder, path).parent.mkdir(parents=True, exist_ok=True)
             Path(folder, path).write_bytes(content)
-        files = sorted(path for path in sources if path.endswith(".c"))
+        if missing:
+            _run([*command, *FLAGS, *platform.flags, "-I.", "-c", *missing], folder)
+        objects = {path: Path(path).with_suffix(".o").name for path in keys}
+        for path in missing:
+            _OBJECTS[keys[path]] = Path(folder, objects[path]).read_bytes()
+        for path, compiled in objects.items():
+            Path(folder, compiled).write_bytes(_OBJECTS[keys[path]])
         library = f"{name}{platform.suffix}"
         math = [] if platform.suffix == ".dll" else ["-lm"]
-        run = subprocess.run(
-            [*command, *FLAGS, *platform.flags, "-o", library, *files, *math],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-        )
-        if run.returncode:
-            lines = run.stderr.strip().splitlines() or [f"exit code {run.returncode}"]
-            first = next((line for line in lines if "error" in line), lines[0])
-            raise InputError(f"The compiler {' '.join(command)} failed ({first}).")
+        linked = [*FLAGS, *platform.flags, *platform.link_flags, "-shared", "-o", library, *objects.values(), *math]
+        _run([*command, *linked], folder)
         return Path(folder, library).read_bytes()
+
+
+_OBJECTS: dict[tuple[str, ...], bytes] = {}
+_INCLUDE = re.compile(rb'^#include "([^"]+)"', re.MULTILINE)
+
+
+def _with_includes(path: str, sources: dict[str, bytes]) -> dict[str, bytes]:
+    """A file and all that it includes, directly or not."""
+    found, open_paths = {}, [path]
+    while open_paths:
+        at = open_paths.pop()
+        found[at] = sources[at]
+        named = (name.decode() for name in _INCLUDE.findall(sources[at]))
+        near = ((posixpath.join(posixpath.dirname(at), name), name) for name in named)
+        paths = (next(p for p in pair if p in sources) for pair in near)
+        open_paths += [p for p in paths if p not in found]
+    return found
+
+
+def _run(command: Sequence[str], folder: str) -> None:
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    if run.returncode:
+        lines = run.stderr.strip().splitlines() or [f"exit code {run.returncode}"]
+        first = next((line for line in lines if "error" in line), lines[0])
+        compiler = " ".join(itertools.takewhile(lambda word: word not in FLAGS, command))
+        raise InputError(f"The compiler {compiler} failed ({first}).")

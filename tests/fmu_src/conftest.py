@@ -1,5 +1,6 @@
 """The FMUs under test, built once."""
 
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import fmpy
@@ -27,6 +28,20 @@ def native_fmus(tmp_path_factory) -> dict[int, Path]:
 def native_folders(native_fmus, tmp_path_factory) -> dict[int, Path]:
     """The same, unpacked."""
     return {fmi: Path(fmpy.extract(path, tmp_path_factory.mktemp(f"fmi{fmi}"))) for fmi, path in native_fmus.items()}
+
+
+@pytest.fixture(scope="session")
+def envelope_fmus(tmp_path_factory) -> dict[int | str, Path]:
+    """The envelope FMU in Python, and the native ones by their FMI version."""
+    folder = tmp_path_factory.mktemp("envelope")
+    return {kind: build(f"envelope{name}", folder) for kind, name in (("python", ""), (2, "-native"), (3, "-native3"))}
+
+
+@pytest.fixture(scope="session")
+def envelope_folders(envelope_fmus, tmp_path_factory) -> dict[int, Path]:
+    """The native ones, unpacked."""
+    folder = tmp_path_factory.mktemp("unpacked")
+    return {fmi: Path(fmpy.extract(envelope_fmus[fmi], folder / str(fmi))) for fmi in (2, 3)}
 
 
 CASE = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
@@ -76,13 +91,12 @@ def fmi(request) -> int:
     return request.param
 
 
-@pytest.fixture
-def start(fmi, native_folders):
+def sessions(folder: Path, fmi: int) -> Iterator[Callable[..., Session]]:
     """A function that instantiates a native FMU and initializes it; what it made is freed."""
     opened: list[Session] = []
 
     def instantiate(kind="cs", *, is_initialized=True, is_exited=True, **arguments) -> Session:
-        opened.append(SESSIONS[fmi](native_folders[fmi], kind, **arguments))
+        opened.append(SESSIONS[fmi](folder, kind, **arguments))
         if is_initialized:
             opened[-1].initialize(is_exited=is_exited)
         return opened[-1]
@@ -90,3 +104,13 @@ def start(fmi, native_folders):
     yield instantiate
     for session in opened:
         session.free()
+
+
+@pytest.fixture
+def start(fmi, native_folders):
+    yield from sessions(native_folders[fmi], fmi)
+
+
+@pytest.fixture
+def envelope_session(fmi, envelope_folders):
+    yield from sessions(envelope_folders[fmi], fmi)
