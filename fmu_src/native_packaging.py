@@ -1,7 +1,7 @@
 """Building a native FMU: sources, binaries, documentation, expected results."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -14,10 +14,11 @@ from fmu_src.dynamics_variables import dynamics_description
 from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.fmi3_xml import write_build_description, write_fmi3, write_terminals_and_icons
 from fmu_src.icon import icon_png
-from fmu_src.native_sources import core_files, header_licence, source_files, variable_table
+from fmu_src.native_sources import core_files, form_files, header_licence, source_files, variable_table
 from fmu_src.native_variables import DYNAMICS_FAULTS, DYNAMICS_USAGE, TOLERANCE, native_description
 from fmu_src.reference_results import reference_envelopes, reference_flight
 from gtm_fmu.errors import InputError
+from surrogate.closed_form import closed_form
 
 SHARED = (
     "model.h",
@@ -84,6 +85,8 @@ class NativeModel:
     """Its files in the folder ``native``."""
     core: tuple[str, ...] = ()
     """C files of the core."""
+    written: Mapping[str, bytes] = field(default_factory=dict)
+    """C files that are written for it."""
     usage: tuple[str, ...] = ()
     groups: Mapping[str, tuple[Variable, ...]] = field(default_factory=dict)
     has_partial_derivatives: bool = False
@@ -94,7 +97,7 @@ class NativeModel:
     ) -> NativeContents:
         """The FMU of FMI 2.0 or 3.0; ``reference`` makes its expected results."""
         derivatives = f"{'' if self.has_partial_derivatives else 'no_'}partial_derivatives.c"
-        sources = source_files((*SHARED, derivatives, *self.native), self.core, fmi)
+        sources = source_files((*SHARED, derivatives, *self.native), self.core, fmi) | dict(self.written)
         to_compile = tuple(sorted(name for name in (*sources, "variables.c") if name.endswith(".c")))
         added = self.usage, self.groups, self.has_partial_derivatives, self.memory
         model = native_description(sibling, fmi, to_compile, *added)
@@ -140,7 +143,25 @@ def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     return native.contents(envelope_description(), fmi, reference_envelopes)
 
 
-_MAKERS = {"dynamics": dynamics_contents, "envelope": envelope_contents}
+def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
+    """GtmSurrogateNative in FMI 2.0 or GtmSurrogateNative3 in FMI 3.0."""
+    from fmu_src.envelope_variables import ENVELOPE_FAULTS
+    from fmu_src.surrogate_variables import NATIVE_USAGE, emulated_envelope, read_networks, surrogate_description
+
+    speeds, throttle = read_networks(networks)
+    native = NativeModel(
+        faults=ENVELOPE_FAULTS,
+        native=("surrogate_model.c", "stateless.c"),
+        written=form_files(closed_form(speeds, has_short_factor=True), "speeds")
+        | form_files(replace(closed_form(throttle), std=None), "throttle"),
+        usage=NATIVE_USAGE,
+        has_partial_derivatives=True,
+    )
+    reference = partial(reference_envelopes, find=emulated_envelope(speeds, throttle))
+    return native.contents(surrogate_description(speeds, throttle), fmi, reference)
+
+
+_MAKERS = {"dynamics": dynamics_contents, "envelope": envelope_contents, "surrogate": surrogate_contents}
 NATIVE_MODELS: dict[str, Callable[[Sequence[Path]], NativeContents]] = {
     f"{name}-native{'' if fmi == 2 else fmi}": partial(make, fmi) for name, make in _MAKERS.items() for fmi in (2, 3)
 }

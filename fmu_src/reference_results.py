@@ -2,6 +2,7 @@
 
 import csv
 import io
+from collections.abc import Callable
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 STEP_S, STOP_S, RECORDED_EVERY = 0.02, 10.0, 5
 DOUBLETS = {"control.elevator": (1.0, 2.0, 3.0, 0.05), "control.aileron": (4.0, 4.5, 5.0, 0.03)}
 """Begin, turn and end in s, and amplitude in rad."""
+Find = Callable[[float, float, tuple[float, float]], tuple[float, float, bool]]
 ENVELOPES, ENVELOPE_RESULTS = 11, ("v_min", "v_max", "margin.slow", "margin.fast", "feasible")
 
 
@@ -46,19 +48,24 @@ def reference_flight(model: ModelDescription) -> dict[str, bytes]:
     return _files(["time", *trim], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
 
 
-def reference_envelopes(model: ModelDescription) -> dict[str, bytes]:
+def exact_envelope(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
+    """V_min and V_max in kt, zero without an envelope, and whether there is one."""
+    left = envelope(altitude_ft, gamma_deg, ControlLimits(rudder_deg=rudder_deg))
+    return left.v_min_kt or 0.0, left.v_max_kt or 0.0, left.feasible
+
+
+def reference_envelopes(model: ModelDescription, find: Find = exact_envelope) -> dict[str, bytes]:
     """Inputs and results of a climb while ever less is left of the rudder, as CSV, in SI, in the folder ``extra``."""
     inputs, results = [], []
     for i in range(ENVELOPES):
         part = i / (ENVELOPES - 1)
         altitude_ft, gamma_deg, tas_kt = 2000 + 20000 * part, -3 + 5 * part, 90.0
         rudder_deg = (-30 + 35 * part, 25 - 20 * part)  # in the end a jam at 5 deg
-        left = envelope(altitude_ft, gamma_deg, ControlLimits(rudder_deg=rudder_deg))
-        v_min, v_max = left.v_min_kt or 0.0, left.v_max_kt or 0.0
+        v_min, v_max, feasible = find(altitude_ft, gamma_deg, rudder_deg)
         condition = (altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, *rudder_deg)))
         inputs.append([float(i), *condition, tas_kt * M_S_PER_KT])
         speeds = (v_min, v_max, tas_kt - v_min, v_max - tas_kt)
-        results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(left.feasible)])
+        results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(feasible)])
     given = [variable.name for group in ("case", "speed") for variable in model.groups[group]]
     return _files(["time", *given], inputs, ["time", *ENVELOPE_RESULTS], results)
 

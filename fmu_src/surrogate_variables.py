@@ -1,6 +1,6 @@
 """The variables of GtmSurrogate, and the networks that it carries."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fmu_src.description import DISPLAY_UNITS, ModelDescription, Variable, si
@@ -24,6 +24,11 @@ USAGE = (
     "guesses. The standard deviations hold the noise of the data about the network and its uncertain weights.",
     "Reversed rudder limits and values that are not finite are logged in one sentence; the step is discarded and all "
     "values stay as before it. No output is ever NaN.",
+)
+
+NATIVE_USAGE = (
+    "In model exchange there are no states and no events. Partial derivatives of all real outputs with respect to the "
+    "inputs are exact, also those of the standard deviations.",
 )
 
 
@@ -124,6 +129,17 @@ def read_networks(paths: Sequence[Path]) -> list[Network]:
             raise InputError(f"'{path}' tells no standard deviation: train it with Bayesian regularisation.")
         found.append(network)
     return found
+
+
+def emulated_envelope(speeds: Network, throttle: Network) -> Callable:
+    """V_min, V_max in kt and feasibility by altitude in ft, gamma in deg and the limits of the rudder in deg."""
+
+    def find(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
+        case = [altitude_ft, gamma_deg, *rudder_deg]
+        v_min, v_max = speeds.predict(case).tolist()
+        return v_min, v_max, bool(throttle.predict(case)[0] <= _FULL_THROTTLE_PCT and v_min <= v_max)
+
+    return find
 
 
 def surrogate_description(speeds: Network, throttle: Network) -> ModelDescription:

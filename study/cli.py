@@ -223,12 +223,12 @@ def build(
     """Build FMUs; without names dynamics, envelope and surrogate.
 
     Those are FMI 2.0 co-simulation and need a Python in the importing tool. The native ones need none, and do model
-    exchange too: dynamics-native, dynamics-native3, envelope-native, envelope-native3.
+    exchange too: dynamics-native, envelope-native, surrogate-native, and each with a 3 at the end.
     """
     from study.fmus import MODELS, build_fmu
 
     names = names or list(MODELS)
-    if model is not None and "surrogate" not in names:
+    if model is not None and not any(name.startswith("surrogate") for name in names):
         raise InputError(f"--model {model} is for the surrogate FMU, which is not built; leave it out.")
     paths = [str(build_fmu(name, output, model, all_platforms)) for name in names]
     show({"fmus": paths}, as_json, "Built")

@@ -20,7 +20,7 @@ def build_fmu(name: str, output: str | Path, networks: str | Path | None = None,
     Raises:
         InputError: an unknown name, networks missing or damaged, or a folder that cannot be written.
     """
-    if name != "surrogate":
+    if not name.startswith("surrogate"):
         return build(name, output, all_platforms=all_platforms)
     folder = Path(str(files("study") / "data")) if networks is None else Path(networks)
     RudderEmulator.load(folder)

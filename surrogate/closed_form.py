@@ -30,13 +30,20 @@ class ClosedForm:
     """Their standard deviations, where the model has them."""
 
 
-def closed_form(model: Model) -> ClosedForm:
-    """The closed form of a model; its programs give what `predict` and `predict_std` give."""
+def closed_form(model: Model, *, has_short_factor: bool = False) -> ClosedForm:
+    """The closed form of a model; its programs give what `predict` and `predict_std` give.
+
+    Args:
+        model: a fitted model.
+        has_short_factor: keep the factor of the posterior covariance, by far the largest table, in single precision.
+            Standard deviations are then right to seven digits.
+    """
     std = None
     if isinstance(model, Network):
         predict = _network(model)
         if model.posterior_factor is not None and model.beta is not None:
-            std = _deviations(model, model.posterior_factor, model.beta)
+            factor = model.posterior_factor.astype(np.float32 if has_short_factor else float)
+            std = _deviations(model, factor, model.beta)
     else:
         predict = _local_models(model)
     return ClosedForm(model.inputs, model.outputs, model.input_ranges, predict, std)
@@ -61,7 +68,7 @@ def _network(network: Network) -> Program:
     return program
 
 
-def _deviations(network: Network, factor: Array, beta: float) -> Program:
+def _deviations(network: Network, factor: np.ndarray, beta: float) -> Program:
     """Square root of 1 / (2 beta) + |K g|^2, with g the gradient of an output with respect to the parameters."""
     program = Program(len(network.inputs))
     a = _activations(network, program)

@@ -12,6 +12,7 @@ JAVASCRIPT = Language(
     number="let {name} = {value};",
     array="const {name} = new Float64Array({size});",
     numbers="const {name} = new Float64Array([\n    {values}]);",
+    singles="const {name} = new Float32Array([\n    {values}]);",
     indices="const {name} = new Int32Array([\n    {values}]);",
     words={"tanh": "Math.tanh", "exp": "Math.exp", "softplus": "softplus", "sqrt": "Math.sqrt", "max": "Math.max"},
 )

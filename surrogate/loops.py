@@ -43,6 +43,8 @@ class Language:
     """Declaration of an array: {name}, {size}."""
     numbers: str
     """Declaration of constant numbers: {name}, {size}, {values}."""
+    singles: str
+    """The same in single precision."""
     indices: str
     """Declaration of constant indices."""
     words: dict[str, str]
@@ -60,11 +62,13 @@ class Tables:
 
     def name(self, values: np.ndarray) -> str:
         """Name of the array with these values."""
-        key = values.dtype.kind, values.tobytes()
+        key = values.dtype.str, values.tobytes()
         if key not in self.names:
             self.names[key] = name = f"{self.prefix}{len(self.names) + 1}"
-            declaration = self.language.numbers if values.dtype.kind == "f" else self.language.indices
-            listed = _wrapped(map(repr, values.ravel().tolist()))
+            language = self.language
+            by_type = {"<f8": language.numbers, "<f4": language.singles, "<i8": language.indices}
+            declaration = by_type[values.dtype.newbyteorder("<").str]
+            listed = _wrapped(map(str, values.ravel() if values.dtype.itemsize == 4 else values.ravel().tolist()))
             self.lines.append(declaration.format(name=name, size=values.size, values=listed))
         return self.names[key]
 

@@ -14,6 +14,7 @@ PYTHON = Language(
     number="",
     array="",
     numbers="{name} = np.array([\n    {values},\n])",
+    singles="{name} = np.array([\n    {values},\n], np.float32)",
     indices="{name} = np.array([\n    {values},\n])",
     words={},
 )

@@ -85,6 +85,8 @@ def test_no_state_outside_instances(tmp_path):
     if shutil.which("nm") is None or shutil.which("gcc") is None:
         pytest.skip("gcc and nm are not installed")
     for model in NATIVE_MODELS:
+        if model.startswith("surrogate"):  # whose own C is written from networks
+            continue
         folder = tmp_path / model
         files = [name for name in unpack(folder, model) if name != "calls.c"]
         subprocess.run(["gcc", "-std=c99", "-O0", "-fno-pic", "-I.", "-c", *files], cwd=folder, check=True)

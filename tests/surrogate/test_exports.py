@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from surrogate import LocalModelNetwork, Network, Variable
-from surrogate.c_source import c_source
+from surrogate.c_source import c_header, c_source
 from surrogate.closed_form import closed_form
 from surrogate.exports import FORMS, export_model
 from surrogate.local_models import polynomial_terms
@@ -124,7 +124,8 @@ def test_numpy_source(model):
 def test_c99(model, tmp_path):
     if shutil.which("cc") is None:
         pytest.skip("there is no C compiler")
-    (tmp_path / "model.c").write_text(c_source(closed_form(model), "wing"))
+    (tmp_path / "wing.h").write_text(c_header(closed_form(model), "wing"))
+    (tmp_path / "model.c").write_text('#include "wing.h"\n' + c_source(closed_form(model), "wing"))
     flags = "-std=c99 -Wall -Wextra -Wpedantic -Werror -O0 -shared -fPIC"
     subprocess.run(["cc", *flags.split(), "-o", "model.so", "model.c", "-lm"], cwd=tmp_path, check=True)
     library = ctypes.CDLL(str(tmp_path / "model.so"))
@@ -151,8 +152,12 @@ def test_c99(model, tmp_path):
     else:
         check(model, predict=predict, gradient=gradient.reshape(-1, 2, 3))
         assert not hasattr(library, "wing_std")
-    in_range = [library.wing_in_range((ctypes.c_double * 3)(*x)) for x in (*X[:3], *OUTSIDE, [math.nan, 0, 0])]
-    assert in_range == [1, 1, 1, 0, 0, 0]
+
+    def in_range(slack: float) -> list[int]:
+        points = (*X[:2], *OUTSIDE, [math.nan, 0, 0])
+        return [library.wing_in_range((ctypes.c_double * 3)(*x), ctypes.c_double(slack)) for x in points]
+
+    assert (in_range(0), in_range(0.001)) == ([1, 1, 0, 0, 0], [1, 1, 1, 0, 0])
 
 
 def test_javascript(model, tmp_path):

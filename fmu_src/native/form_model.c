@@ -1,0 +1,31 @@
+/* A fitted model: its outputs, their standard deviations where it has them, and whether the inputs are in its domain. */
+#include <string.h>
+
+#include "form.h"
+#include "model.h"
+
+/* What a value given in another unit may be off by, relative to the range of the training data. */
+#define ROUNDING 1e-9
+
+int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
+{
+    (void)x, (void)values, (void)memory;
+    form_predict(u, y);
+#if form_has_std
+    form_std(u, y + form_outputs);
+#endif
+    y[N_OUTPUTS - 1] = form_in_range(u, ROUNDING);
+    return 0;
+}
+
+int model_jacobian(const double x[], const double u[], const double values[], double jacobian[])
+{
+    (void)x, (void)values;
+    double y[form_outputs];
+    memset(jacobian, 0, N_UNKNOWNS * N_KNOWNS * sizeof *jacobian);
+    form_gradient(u, y, jacobian);
+#if form_has_std
+    form_std_gradient(u, y, jacobian + form_outputs * N_KNOWNS);
+#endif
+    return 0;
+}
