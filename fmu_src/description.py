@@ -119,6 +119,9 @@ class ModelDescription:
     constants: dict[str, float | list[float]] = field(default_factory=dict)
     """Numbers that the slave needs besides its variables."""
     implementation: Implementation = PYTHON_SLAVE
+    origin: str | None = None
+    """Where a user's own model comes from; None: this is the aircraft. The names and units of such a model are its
+    user's."""
 
     @property
     def variables(self) -> list[Variable]:

@@ -31,7 +31,7 @@ def documentation(model: ModelDescription, platforms: list[str], licences: dict[
         model=model,
         platforms=platforms,
         version=version(PROJECT),
-        notice=own[f"{PROJECT}-NOTICE.txt"].decode(),
+        notice=own[f"{PROJECT}-NOTICE.txt"].decode() if model.origin is None else model.origin,
         licences=sorted(own | licences),
     )
     return {"index.html": page.encode()} | {f"licenses/{name}": text for name, text in (own | licences).items()}

@@ -100,7 +100,8 @@ class NativeModel:
         sources = source_files((*SHARED, derivatives, *self.native), self.core, fmi) | dict(self.written)
         to_compile = tuple(sorted(name for name in (*sources, "variables.c") if name.endswith(".c")))
         added = self.usage, self.groups, self.has_partial_derivatives, self.memory
-        model = native_description(sibling, fmi, to_compile, *added)
+        name = sibling.name if sibling.origin else f"{sibling.name}Native{'' if fmi == 2 else fmi}"
+        model = native_description(sibling, name, fmi, to_compile, *added)
         return NativeContents(model, self.faults, sources, reference(model))
 
 

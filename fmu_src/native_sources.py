@@ -90,7 +90,7 @@ def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -
     references = {
         variable.name.upper().replace(".", "_"): place
         for place, (variable, found) in enumerate(zip(variables, kinds, strict=True))
-        if found in ("INPUT", "OUTPUT", "PARAMETER")
+        if found in ("INPUT", "OUTPUT", "PARAMETER") and model.origin is None
     }
     lines = [f"    {name} = {value}" for name, value in (counts | references).items()]
     constants = [(f"const double model_{name}", np.atleast_1d(value)) for name, value in model.constants.items()]

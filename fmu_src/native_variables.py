@@ -41,6 +41,7 @@ _CALLS = (
 
 def native_description(
     model: ModelDescription,
+    name: str,
     fmi: int,
     sources: tuple[str, ...],
     usage: tuple[str, ...],
@@ -57,7 +58,7 @@ def native_description(
     """
     return replace(
         model,
-        name=f"{model.name}Native" if fmi == 2 else f"{model.name}Native3",
+        name=name,
         groups={**model.groups, **groups, "time": (TIME,)},
         usage=(*model.usage, *usage, _CALLS),
         implementation=Implementation(

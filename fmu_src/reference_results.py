@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -68,6 +68,13 @@ def reference_envelopes(model: ModelDescription, find: Find = exact_envelope) ->
         results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(feasible)])
     given = [variable.name for group in ("case", "speed") for variable in model.groups[group]]
     return _files(["time", *given], inputs, ["time", *ENVELOPE_RESULTS], results)
+
+
+def reference_samples(names: Sequence[str], X: np.ndarray, results: Sequence[str], Y: np.ndarray) -> dict[str, bytes]:
+    """Inputs X (n, d) and results Y (n, m) of a user's model, one a second, in the folder ``extra``."""
+    rows = ([[float(i), *row] for i, row in enumerate(values.tolist())] for values in (X, Y))
+    inputs, outputs = rows
+    return _files(["time", *names], inputs, ["time", *results], outputs)
 
 
 def _files(given: list[str], inputs: list, found: list[str], results: list) -> dict[str, bytes]:

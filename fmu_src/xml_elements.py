@@ -16,15 +16,16 @@ def attributes(values: dict) -> dict[str, str]:
 def root_attributes(model: ModelDescription, version: str) -> dict[str, str]:
     """What both standards say about a model as a whole."""
     year, month, day, hour, minute, second = BUILD_DATE
-    return {
+    values = {
         "modelName": model.name,
         "description": model.title,
         "version": version,
-        "license": "Apache-2.0",
+        "license": "Apache-2.0" if model.origin is None else None,
         "generationTool": model.implementation.tool,
         "generationDateAndTime": f"{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z",
-        "variableNamingConvention": "structured",
+        "variableNamingConvention": "structured" if model.origin is None else "flat",
     }
+    return attributes(values)
 
 
 def add_head(root: etree._Element, model: ModelDescription) -> None:
@@ -40,9 +41,12 @@ def add_head(root: etree._Element, model: ModelDescription) -> None:
 def _add_units(root: etree._Element, variables: Sequence[Variable]) -> None:
     definitions = etree.SubElement(root, "UnitDefinitions")
     used = {variable.unit for variable in variables if not variable.boolean}
-    for name in (unit for unit in BASE_UNITS if unit in used):
+    known = [name for name in (*BASE_UNITS, *DISPLAY_UNITS) if name in used]
+    for name in [*known, *sorted(used.difference(known))]:
         unit = etree.SubElement(definitions, "Unit", name=name)
-        etree.SubElement(unit, "BaseUnit", attributes(BASE_UNITS[name]))
+        si_unit, factor = DISPLAY_UNITS.get(name, (name, None))
+        if si_unit in BASE_UNITS:
+            etree.SubElement(unit, "BaseUnit", attributes(BASE_UNITS[si_unit] | {"factor": factor}))
         displayed = {variable.display_unit for variable in variables if variable.unit == name}
         for display, (_, si_per_display) in DISPLAY_UNITS.items():
             if display in displayed:
