@@ -213,6 +213,24 @@ def test_a_movable_rudder_gives_the_least_sideslip():
     assert min(straight, slipping, without) > 60, (straight, slipping, without)
 
 
+def test_steep_glides_are_found():
+    """At idle only sideslip makes drag, and the throttle has no slope: nothing that a scan of jams finds is missed."""
+    rng = np.random.default_rng(1)
+    idle = 0
+    for _ in range(150):
+        condition = rng.uniform((0, 75, -11, -6), (30000, 140, -7, 6))
+        rudder = np.sort(rng.uniform(-30, 30, 2))
+        jams = steady.trims(*condition, rudder_deg=np.linspace(rudder[0], rudder[1], 121).repeat(2).reshape(-1, 2))
+        feasible = jams.status == solver.TRIMMED
+        if not feasible.any():
+            continue
+        trim = steady.trim(*condition, ControlLimits(rudder_deg=tuple(rudder)))
+        assert trim.feasible, (condition, rudder)
+        assert abs(trim.beta_deg) * RAD_PER_DEG <= np.abs(jams.y[feasible, BETA]).min() + 1e-9, (condition, rudder)
+        idle += "throttle.lower" in trim.limits_hit
+    assert idle > 10, idle
+
+
 def test_without_a_feasible_trim_the_nearest_is_given():
     """No jam inside the rudder limits exceeds the other limits less (dense scan); the limits it exceeds are named."""
     rng = np.random.default_rng(4)

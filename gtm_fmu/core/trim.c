@@ -164,13 +164,26 @@ long gtm_find_starts(const gtm_problem *p, long n, const double *held_values, do
     return found;
 }
 
+static const double glide_sideslip = 0.2; /* rad, to start from */
+
 /* Least |beta| under the bounds when neither the rudder nor beta = 0 settles it: the best of both signs. */
 static int least_sideslip(const gtm_problem *p, const double *lower, const double *upper, double *y, double *violation)
 {
     static const int held[3] = {V, PSI_DOT, RUDDER};
     const size_t row = sizeof *y * (size_t)p->unknowns;
-    double starts[5 * GTM_FULL_NT];
+    double starts[7 * GTM_FULL_NT];
     long n = 0;
+    for (int side = -1; side <= 1; side += 2) {
+        /* In a glide without net thrust the throttle moves nothing, and only sideslip makes drag. */
+        static const int idle[3] = {V, PSI_DOT, THROTTLE};
+        double *start = starts + n * p->unknowns;
+        memset(start, 0, row);
+        start[V] = lower[V];
+        start[PSI_DOT] = lower[PSI_DOT];
+        start[THROTTLE] = lower[THROTTLE];
+        start[BETA] = side * glide_sideslip;
+        if (lower[RUDDER] < upper[RUDDER] && !gtm_cold_newton(p, start, idle)) n++;
+    }
     for (int k = 0; k < 5; k++) {
         double *start = starts + n * p->unknowns;
         memset(start, 0, row);
