@@ -154,26 +154,37 @@ class Trim:
 
     @classmethod
     def of_unknowns(
-        cls, y, altitude_ft: float, gamma_deg: float, inside: bool, hit, configuration: Configuration | None = None
+        cls,
+        y,
+        altitude_ft: float,
+        gamma_deg: float,
+        inside: bool,
+        hit,
+        configuration: Configuration | None = None,
+        residual: float | None = None,
     ) -> "Trim":
-        """The trim of unknowns y (9 or 10, core units); ``inside`` tells whether they are inside every limit."""
+        """The trim of unknowns y (9 or 10, core units); ``inside`` tells whether they are inside every limit.
+
+        ``residual`` is that of the aircraft that was trimmed, where it is not ours.
+        """
         gamma = gamma_deg * RAD_PER_DEG
         x, u = solver.trim_states(altitude_ft, gamma, y, configuration)
-        if configuration is None:
-            F = motion.derivatives(x, u)[:6]
-        else:
-            F = trim_residual(solver.with_both_throttles(y), altitude_ft, gamma, configuration)
-        residual = float(np.abs(F).max())
+        if residual is None:
+            if configuration is None:
+                F = motion.derivatives(x, u)[:6]
+            else:
+                F = trim_residual(solver.with_both_throttles(y), altitude_ft, gamma, configuration)
+            residual = float(np.abs(F).max())
         tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg = (y[: len(_UNIT)] * _UNIT).tolist()
         p_deg_s, q_deg_s, r_deg_s = (x[3:6] * DEG_PER_RAD + 0.0).tolist()  # no -0
         elevator_deg, aileron_deg, rudder_deg = y[ELEVATOR:THROTTLE].tolist()
         throttles = y[THROTTLE:].tolist()
         is_separate = len(throttles) > 1
-        converged = residual <= CONVERGED_RESIDUAL
+        converged = bool(residual <= CONVERGED_RESIDUAL)
         return cls(
             converged=converged,
             feasible=converged and bool(inside),
-            residual=residual,
+            residual=float(residual),
             altitude_ft=float(altitude_ft),
             tas_kt=tas_kt,
             gamma_deg=float(gamma_deg),

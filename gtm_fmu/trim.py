@@ -137,8 +137,10 @@ class FmuTrimmer:
         starts = [] if warm_start is None else [np.clip(warm_start.unknowns, lower, upper)]
         with held_interrupt():
             y = self._solve(at, lower, upper, starts)
+            residual = np.abs(self._residuals(y, at)).max()
         inside = self._is_inside(y, lower, upper)
-        return Trim.of_unknowns(y, altitude_ft, gamma_deg, inside, manoeuvre.limits_hit(y, lower, upper))
+        hit = manoeuvre.limits_hit(y, lower, upper)
+        return Trim.of_unknowns(y, altitude_ft, gamma_deg, inside, hit, residual=residual)
 
     def _solve(self, at, lower, upper, starts) -> np.ndarray:
         """Least sideslip if a trim is found from ``starts`` or a first guess, else least cost."""

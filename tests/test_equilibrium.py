@@ -8,6 +8,7 @@ from gtm_fmu.airframe.names import CONTROLS, STATES
 from gtm_fmu.client import FmuClient, FmuError
 from gtm_fmu.equilibrium import equilibrium
 from gtm_fmu.errors import InputError
+from gtm_fmu.evaluation import FmuAirframe
 from gtm_fmu.failures import ControlLimits
 from gtm_fmu.trim import FmuTrimmer
 from gtm_fmu.units import KT_PER_FT_S
@@ -145,6 +146,29 @@ def test_declared_units_are_honoured(tmp_path):
         found = FmuTrimmer(InFeet(fmu)).trim(*QUESTIONS[0])
     assert found.feasible
     np.testing.assert_allclose(found.unknowns, steady.trim(*QUESTIONS[0]).unknowns, atol=1e-8)
+
+
+class Heavier:
+    """An aircraft that is not ours: it falls faster by 1 m/s^2 along its z axis."""
+
+    def __init__(self, fmu):
+        self._fmu = fmu
+
+    def evaluate(self, x, u):
+        return self._fmu.evaluate(x, u) + np.where(np.array(STATES) == "w", 1.0, 0.0)
+
+
+def test_another_aircraft_is_held_to_its_own_dynamics(tmp_path):
+    question = (10000.0, 118.5)
+    with FmuClient(build_fmu("dynamics", tmp_path)) as fmu:
+        heavier = Heavier(fmu)
+        found = FmuTrimmer(heavier).trim(*question)
+        x, u = found.state_and_controls
+        rates = FmuAirframe(heavier).derivatives(x, u)[:6]
+    assert found.feasible
+    assert np.abs(rates).max() == pytest.approx(found.residual, abs=1e-12)
+    # a tenth more to carry at the same speed: about a tenth more lift
+    assert found.alpha_deg > steady.trim(*question).alpha_deg + 0.3
 
 
 def test_factors_of_declared_units(tmp_path):
