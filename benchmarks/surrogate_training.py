@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from scipy.optimize import least_squares
 
-from surrogate.bayesian_regularization import Schedule, train
+from surrogate.levenberg_marquardt import Schedule, train
 from surrogate.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 
 SAMPLES, SHAPE, NETWORKS, PEER_NETWORKS, EPOCHS = 991, (4, 10, 2), 20, 4, 1000
@@ -66,7 +66,7 @@ def peer_seconds_and_mse(X: np.ndarray, T: np.ndarray, w: np.ndarray) -> tuple[f
 def main() -> None:
     X, T = synthetic_samples()
     w = np.stack([nguyen_widrow(np.random.default_rng(j), SHAPE) for j in range(NETWORKS)])
-    problems = PerceptronBatch.from_samples(X, T, np.tile(np.arange(SAMPLES), (NETWORKS, 1)), SHAPE[1])
+    problems = PerceptronBatch.from_samples(X, T, np.tile(np.arange(SAMPLES), (NETWORKS, 1)), [SHAPE[1]])
     train(problems, w, Schedule(epochs=5))
 
     start, cpu_start = time.perf_counter(), time.process_time()

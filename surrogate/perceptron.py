@@ -1,22 +1,16 @@
-"""A batch of one-hidden-layer networks as least-squares problems in their parameters.
+"""A batch of networks with tansig hidden layers as least-squares problems in their parameters.
 
-A network computes a = tanh(W1 x), y = W2 [a; 1] (paper eqs. 12, 13), where x ends with a constant 1, so that
-W1 = [IW, b1] (S, d + 1) and W2 = [LW, b2] (m, S + 1). Its P parameters are the rows of W1, then the rows of W2.
-
-The Jacobian of the errors e = y - t of output o has the columns
-
-    de_o / dW1[s, i] = LW[o, s] (1 - a_s^2) x_i,        de_o / dW2[k, j] = [o = k] [a; 1]_j,
-
-so all that J'J needs is in the Gram matrix of S (d + 1) + S + 1 basis columns that the outputs share: (1 - a_s^2) x_i,
-a_s and 1. J itself is never formed.
+A network computes a_0 = x, a_l = tanh(W_l [a_(l-1); 1]), y = W_L [a_(L-1); 1] (paper eqs. 12, 13). Its P parameters are
+the rows of W_1, then those of W_2, and so on. The errors are e = y - t. With delta_l (m, S_l) the slopes of the outputs
+with respect to W_l [a_(l-1); 1], the Jacobian's column of W_l[s, i] for output o is delta_l[o, s] [a_(l-1); 1]_i.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -24,6 +18,9 @@ from surrogate.scaling import Array
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+MEMORY = 64 * 1024**2
+"""Bytes of a Jacobian that is formed at once."""
 
 
 def nguyen_widrow(rng: np.random.Generator, sizes: Sequence[int]) -> Array:
@@ -58,71 +55,122 @@ def split_parameters(w: Array, sizes: Sequence[int]) -> tuple[tuple[Array, ...],
 
 @dataclass(frozen=True)
 class PerceptronBatch:
-    """The data of B networks with `hidden` neurons: x (B, d + 1, n), whose last row is ones, targets t (B, m, n)."""
+    """The data of B networks: x (B, d + 1, n), whose last row is ones, targets t (B, m, n).
+
+    `sizes` are the numbers of inputs, of neurons in each hidden layer, and of outputs.
+    """
 
     x: Tensor
     t: Tensor
-    hidden: int
+    sizes: tuple[int, ...]
 
     @classmethod
-    def from_samples(cls, X: Array, T: Array, rows: Array, hidden: int) -> PerceptronBatch:
+    def from_samples(cls, X: Array, T: Array, rows: Array, hidden: Sequence[int]) -> PerceptronBatch:
         """Networks that see the samples `rows` (B, n) of the scaled inputs X (N, d) and targets T (N, m)."""
         import torch
 
         x = np.concatenate([X, np.ones((len(X), 1))], axis=1)[rows].swapaxes(1, 2)
         t = T[rows].swapaxes(1, 2)
-        return cls(torch.from_numpy(np.ascontiguousarray(x)), torch.from_numpy(np.ascontiguousarray(t)), hidden)
+        kind = _OneHiddenLayer if len(hidden) == 1 else _DeepBatch
+        sizes = X.shape[1], *hidden, T.shape[1]
+        return kind(torch.from_numpy(np.ascontiguousarray(x)), torch.from_numpy(np.ascontiguousarray(t)), sizes)
 
     @property
     def n_errors(self) -> int:
         """Errors of one network: samples x outputs."""
         return self.t.shape[1] * self.t.shape[2]
 
-    def take(self, index: Tensor) -> PerceptronBatch:
+    def take(self, index: Tensor) -> Self:
         """The networks that `index` selects."""
-        return PerceptronBatch(self.x[index], self.t[index], self.hidden)
+        return replace(self, x=self.x[index], t=self.t[index])
+
+    def to(self, device: str) -> Self:
+        """The same on a device of torch."""
+        return replace(self, x=self.x.to(device), t=self.t.to(device))
 
     def sum_squared_errors(self, w: Tensor) -> Tensor:
         """e'e (B,) at the parameters w (B, P)."""
-        _, e = self._forward(w)
+        _, e = self._forward(w, self.x, self.t)
         return (e * e).sum((1, 2))
 
     def normal_equations(self, w: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """e'e (B,), J'J (B, P, P) and J'e (B, P) at the parameters w (B, P)."""
+        raise NotImplementedError
+
+    def _layers(self, w: Tensor) -> list[Tensor]:
+        """W_l (B, S_l, S_(l-1) + 1) of every layer."""
+        layers, first = [], 0
+        for before, size in pairwise(self.sizes):
+            last = first + size * (before + 1)
+            layers.append(w[:, first:last].unflatten(1, (size, before + 1)))
+            first = last
+        return layers
+
+    def _forward(self, w: Tensor, x: Tensor, t: Tensor) -> tuple[list[Tensor], Tensor]:
+        """[x, then a_l (B, S_l + 1, n) of the hidden layers], each with a last row of ones, and errors e (B, m, n)."""
+        *hidden, output = self._layers(w)
+        a = [x]
+        for W in hidden:
+            a_l = x.new_empty(len(x), W.shape[1] + 1, x.shape[2])
+            a_l[:, :-1] = W @ a[-1]
+            a_l[:, :-1].tanh_()
+            a_l[:, -1] = 1.0
+            a.append(a_l)
+        return a, output @ a[-1] - t
+
+
+class _OneHiddenLayer(PerceptronBatch):
+    """With one hidden layer delta_1[o, s] = LW[o, s] (1 - a_s^2), so that J is never formed.
+
+    Column p for output o is C[o, p] b_c(p), where the basis b = [(1 - a_s^2) x_i, a_s, 1] is shared by the outputs. C
+    is LW[o, s] for a parameter of neuron s, and 1 or 0 for one of output o or another. So
+    J'J[p, q] = (C'C)[p, q] (b_c(p) b_c(q)) and J'e[p] = sum_o C[o, p] b_c(p) e_o.
+    """
+
+    def normal_equations(self, w: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         import torch
 
-        S, columns = by_neuron = self.hidden, self.x.shape[1]
-        first, second = slice(S * columns), slice(S * columns, None)
-        LW = self._weights(w)[1][:, :, :-1]
-        a, e = self._forward(w)
-        basis = torch.empty(len(w), S * columns + S + 1, self.x.shape[2], dtype=w.dtype)
-        torch.mul((1 - a * a)[:, :, None], self.x[:, None], out=basis[:, first].unflatten(1, by_neuron))
-        basis[:, S * columns : -1] = a
-        basis[:, -1] = 1.0
-        gram = basis @ basis.mT
-        hidden_gram = gram[:, first, first].unflatten(2, by_neuron).unflatten(1, by_neuron)
-        cross_gram = gram[:, first, second].unflatten(1, by_neuron)
-        JtJ = torch.zeros(len(w), w.shape[1], w.shape[1], dtype=w.dtype)
-        JtJ[:, first, first] = (hidden_gram * (LW.mT @ LW)[:, :, None, :, None]).flatten(3).flatten(1, 2)
-        for o in range(LW.shape[1]):
-            own = slice(S * columns + o * (S + 1), S * columns + (o + 1) * (S + 1))
-            cross = (cross_gram * LW[:, o, :, None, None]).flatten(1, 2)
-            JtJ[:, first, own] = cross
-            JtJ[:, own, first] = cross.mT
-            JtJ[:, own, own] = gram[:, second, second]
-
-        basis_e = basis @ e.mT
-        hidden_e = (basis_e[:, first].unflatten(1, by_neuron) * LW.mT[:, :, None]).sum(3).flatten(1)
-        Jte = torch.cat([hidden_e, basis_e[:, second].mT.flatten(1)], dim=1)
+        columns, S, m = self.x.shape[1], self.sizes[1], self.sizes[2]
+        (_, a), e = self._forward(w, self.x, self.t)
+        b = a.new_empty(len(w), S * columns + S + 1, a.shape[2])
+        b[:, S * columns :] = a
+        torch.mul((1 - a[:, :-1] ** 2)[:, :, None], self.x[:, None], out=b[:, : S * columns].unflatten(1, (S, columns)))
+        basis, output = torch.arange(b.shape[1], device=w.device).split([S * columns, S + 1])
+        c = torch.cat([basis, output.repeat(m)])
+        C = torch.zeros(len(w), m, len(c), dtype=w.dtype, device=w.device)
+        C[:, :, : S * columns] = self._layers(w)[1][:, :, :-1].repeat_interleave(columns, dim=2)
+        for o in range(m):
+            C[:, o, S * columns + o * (S + 1) : S * columns + (o + 1) * (S + 1)] = 1.0
+        JtJ = (b @ b.mT)[:, c[:, None], c] * (C.mT @ C)
+        Jte = ((b @ e.mT)[:, c] * C.mT).sum(2)
         return (e * e).sum((1, 2)), JtJ, Jte
 
-    def _weights(self, w: Tensor) -> tuple[Tensor, Tensor]:
-        """W1 (B, S, d + 1) and W2 (B, m, S + 1)."""
-        S, columns = self.hidden, self.x.shape[1]
-        return w[:, : S * columns].unflatten(1, (S, columns)), w[:, S * columns :].unflatten(1, (-1, S + 1))
 
-    def _forward(self, w: Tensor) -> tuple[Tensor, Tensor]:
-        """Hidden outputs a (B, S, n) and errors e (B, m, n)."""
-        W1, W2 = self._weights(w)
-        a = (W1 @ self.x).tanh_()
-        return a, W2[:, :, :-1] @ a + W2[:, :, -1:] - self.t
+class _DeepBatch(PerceptronBatch):
+    """With more hidden layers J is formed for as many samples at a time as fit into `MEMORY`."""
+
+    def normal_equations(self, w: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        (B, P), n, m = w.shape, self.x.shape[2], self.sizes[-1]
+        chunk = max(1, MEMORY // (8 * B * m * P))
+        JtJ, Jte, sse = w.new_zeros(B, P, P), w.new_zeros(B, P), w.new_zeros(B)
+        for first in range(0, n, chunk):
+            part = slice(first, first + chunk)
+            a, e = self._forward(w, self.x[:, :, part], self.t[:, :, part])
+            J = self._jacobian(w, a).flatten(1, 2)
+            JtJ += J.mT @ J
+            Jte += (J.mT @ e.mT.flatten(1, 2)[:, :, None])[:, :, 0]
+            sse += (e * e).sum((1, 2))
+        return sse, JtJ, Jte
+
+    def _jacobian(self, w: Tensor, a: list[Tensor]) -> Tensor:
+        """Slopes (B, n, m, P) of the outputs with respect to the parameters, by backpropagation."""
+        import torch
+
+        B, _, n = a[0].shape
+        m = self.sizes[-1]
+        delta = torch.eye(m, dtype=w.dtype, device=w.device).expand(B, n, m, m)
+        parts: list[Tensor] = []
+        for W, a_l in zip(reversed(self._layers(w)), reversed(a), strict=True):
+            parts.insert(0, (delta[..., None] * a_l.mT[:, :, None, None]).flatten(3))
+            delta = delta @ W[:, None, :, :-1] * (1 - a_l.mT[:, :, None, :-1] ** 2)
+        return torch.cat(parts, dim=3)

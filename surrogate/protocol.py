@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from surrogate.bayesian_regularization import History, Schedule
+from surrogate.levenberg_marquardt import History, Schedule
 from surrogate.network import Network
 from surrogate.scaling import Array, to_unit
 from surrogate.training import checked_samples, generator, train_networks

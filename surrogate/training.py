@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from surrogate.bayesian_regularization import Fit, History, Schedule, train
 from surrogate.evaluation import Variable
+from surrogate.hilomot import Hilomot
+from surrogate.levenberg_marquardt import PLAIN_SCHEDULE, Fit, History, Schedule, train
+from surrogate.local_models import LocalModelNetwork
+from surrogate.local_training import Growth, LocalSettings, Samples, Splitter, grow
+from surrogate.lolimot import Lolimot
 from surrogate.network import Network
 from surrogate.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
-from surrogate.scaling import Array, column_ranges, to_symmetric
+from surrogate.scaling import Array, column_ranges, to_symmetric, to_unit
+
+Method = Literal["bayesian_regularization", "levenberg_marquardt"]
+Algorithm = Literal["lolimot", "hilomot"]
+
+METHODS: dict[Method, tuple[str, Schedule]] = {
+    "bayesian_regularization": ("Levenberg-Marquardt with Bayesian regularisation", Schedule()),
+    "levenberg_marquardt": ("Levenberg-Marquardt", PLAIN_SCHEDULE),
+}
 
 
 def train_networks(
@@ -22,55 +35,139 @@ def train_networks(
     outputs: Sequence[tuple[str, str]],
     rows: ArrayLike,
     seed: int,
-    hidden: int = 10,
+    hidden: int | Sequence[int] = 10,
+    method: Method = "bayesian_regularization",
+    validation_rows: ArrayLike | None = None,
     schedule: Schedule | None = None,
+    device: str = "cpu",
     progress: Callable[[int, int], None] | None = None,
 ) -> list[tuple[Network, History]]:
-    """Train a batch of networks with Bayesian regularisation, each from its own initial weights and on its own samples.
+    """Train a batch of networks, each from its own initial weights and on its own samples.
 
     X (N, d) and Y (N, m) are all samples in their units; `inputs` and `outputs` give (name, unit) of their columns.
-    Row j of `rows` (B, n) numbers the samples that network j is trained on. The ranges of all N samples map to [-1, 1]
-    (paper eq. 43), so that the networks share one scale. `progress(epochs done, all epochs)` follows the slowest one.
+    Row j of `rows` (B, n) numbers the samples that network j is trained on, row j of `validation_rows` those that stop
+    it early. `hidden` is the number of neurons, one for each hidden layer. The ranges of all N samples map to [-1, 1]
+    (paper eq. 43), so that the networks share one scale. `device` is torch's: 'cpu', 'cuda' ...
+    `progress(epochs done, all epochs)` follows the slowest one.
 
-    Needs torch. The same seed gives the same bits on the same machine, whatever the number of its cores in use.
+    Needs torch. On the processor the same seed gives the same bits on the same machine, whatever the number of its
+    cores in use.
     """
     X, Y = checked_samples(X, inputs, "X"), checked_samples(Y, outputs, "Y")
     if len(X) != len(Y):
         raise ValueError(f"X has {len(X)} samples and Y has {len(Y)}, but each sample needs both.")
-    if hidden < 1:
-        raise ValueError(f"{hidden} hidden neurons were asked for, but at least 1 is needed.")
-    rows = np.asarray(rows)
-    if rows.ndim != 2 or rows.size == 0 or rows.min() < 0 or rows.max() >= len(X):
-        raise ValueError(f"rows must number samples from 0 to {len(X) - 1}, one row of numbers for each network.")
+    if method not in METHODS:
+        raise ValueError(f"'{method}' is no training method: choose {' or '.join(METHODS)}.")
+    layers = (hidden,) if isinstance(hidden, int) else tuple(hidden)
+    if not layers or min(layers) < 1:
+        raise ValueError(f"{hidden} hidden neurons were asked for, but at least 1 is needed in each hidden layer.")
+    rows = _checked_rows(rows, len(X), "rows")
     input_ranges = column_ranges(X, [name for name, _ in inputs])
     target_ranges = column_ranges(Y, [name for name, _ in outputs])
+    X_p, T_p = to_symmetric(X, input_ranges), to_symmetric(Y, target_ranges)
 
-    sizes = X.shape[1], hidden, Y.shape[1]
-    weights = np.stack([nguyen_widrow(generator(seed, "weights", j), sizes) for j in range(len(rows))])
-    batch = PerceptronBatch.from_samples(to_symmetric(X, input_ranges), to_symmetric(Y, target_ranges), rows, hidden)
-    fits = train(batch, weights, schedule or Schedule(), progress)
+    def problems(rows: Array) -> PerceptronBatch:
+        return PerceptronBatch.from_samples(X_p, T_p, rows, layers)
+
+    validation = None
+    if validation_rows is not None:
+        validation = problems(_checked_rows(validation_rows, len(X), "validation_rows", len(rows)))
+    sizes = X.shape[1], *layers, Y.shape[1]
+    name, defaults = METHODS[method]
+    fits = train(
+        problems(rows),
+        np.stack([nguyen_widrow(generator(seed, "weights", j), sizes) for j in range(len(rows))]),
+        schedule or defaults,
+        evidence=method == "bayesian_regularization",
+        validation=validation,
+        device=device,
+        progress=progress,
+    )
 
     def network(j: int, fit: Fit) -> Network:
+        evidence = {} if fit.log_evidence is None else {"log_evidence": fit.log_evidence}
         return Network(
             *split_parameters(fit.w, sizes),
             input_ranges,
             target_ranges,
             tuple(Variable(*v) for v in inputs),
             tuple(Variable(*v) for v in outputs),
-            fit.beta,
+            fit.beta if fit.posterior_factor is not None else None,
             fit.posterior_factor,
             provenance={
-                "training": "Levenberg-Marquardt with Bayesian regularisation",
+                "training": name,
                 "seed": seed,
                 "restart": j,
                 "samples": rows.shape[1],
                 "epochs": len(fit.history.sse) - 1,
                 "stop": fit.history.stop,
                 "effective_parameters": fit.gamma,
+                **evidence,
             },
         )
 
     return [(network(j, fit), fit.history) for j, fit in enumerate(fits)]
+
+
+def train_local_models(
+    X: ArrayLike,
+    Y: ArrayLike,
+    *,
+    inputs: Sequence[tuple[str, str]],
+    outputs: Sequence[tuple[str, str]],
+    rows: ArrayLike,
+    algorithm: Algorithm,
+    validation_rows: ArrayLike | None = None,
+    settings: LocalSettings | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[LocalModelNetwork, Growth]:
+    """Grow a local model network; its outputs share the cells (the paper trains one network for each output).
+
+    X, Y, `inputs` and `outputs` are as for `train_networks`. `rows` (n,) numbers the training samples,
+    `validation_rows` (v,) those that end the growth. `progress(models, most models)`.
+    """
+    X, Y = checked_samples(X, inputs, "X"), checked_samples(Y, outputs, "Y")
+    if len(X) != len(Y):
+        raise ValueError(f"X has {len(X)} samples and Y has {len(Y)}, but each sample needs both.")
+    settings = settings or LocalSettings()
+    if algorithm not in ("lolimot", "hilomot"):
+        raise ValueError(f"'{algorithm}' is no algorithm: choose lolimot or hilomot.")
+    input_ranges = column_ranges(X, [name for name, _ in inputs])
+    target_ranges = column_ranges(Y, [name for name, _ in outputs])
+    z, y = to_unit(X, input_ranges), to_unit(Y, target_ranges)
+
+    def samples(rows: Array) -> Samples:
+        return Samples(z[rows], y[rows], settings.local_model)
+
+    training = samples(_checked_rows(np.atleast_2d(rows), len(X), "rows")[0])
+    validation = None
+    if validation_rows is not None:
+        validation = samples(_checked_rows(np.atleast_2d(validation_rows), len(X), "validation_rows")[0])
+    splitter: Splitter = (
+        Lolimot(settings.smoothness) if algorithm == "lolimot" else Hilomot(X.shape[1], settings.smoothness)
+    )
+    grown, growth = grow(training, validation, splitter, settings, progress)
+    coefficients = grown.coefficients * np.ptp(target_ranges, axis=1)
+    coefficients[:, 0] += target_ranges[:, 0]  # the first term is the constant, and the validities add up to one
+    network = LocalModelNetwork(
+        training.terms,
+        coefficients,
+        grown.partition,
+        input_ranges,
+        target_ranges,
+        tuple(Variable(*v) for v in inputs),
+        tuple(Variable(*v) for v in outputs),
+        provenance={
+            "training": algorithm.upper(),
+            "local_model": settings.local_model,
+            "smoothness": settings.smoothness,
+            "criterion": settings.criterion,
+            "samples": len(training.z),
+            "parameters": int(growth.parameters[growth.best - 1]),
+            "stop": growth.stop,
+        },
+    )
+    return network, growth
 
 
 def generator(seed: int, purpose: str, number: int = 0) -> np.random.Generator:
@@ -87,3 +184,12 @@ def checked_samples(values: ArrayLike, variables: Sequence[tuple[str, str]], nam
     if not np.isfinite(values).all():
         raise ValueError(f"{name} holds values that are not finite: leave those samples out.")
     return values
+
+
+def _checked_rows(rows: ArrayLike, samples: int, name: str, networks: int | None = None) -> np.ndarray:
+    rows = np.asarray(rows)
+    if rows.ndim != 2 or rows.size == 0 or rows.min() < 0 or rows.max() >= samples:
+        raise ValueError(f"{name} must number samples from 0 to {samples - 1}, one row of numbers for each network.")
+    if networks is not None and len(rows) != networks:
+        raise ValueError(f"{name} has {len(rows)} rows of numbers, but there are {networks} networks.")
+    return rows

@@ -8,7 +8,8 @@ import torch
 from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
-from surrogate.bayesian_regularization import Schedule, effective_parameters, train
+from surrogate.bayesian_regularization import effective_parameters
+from surrogate.levenberg_marquardt import Schedule, train
 from surrogate.perceptron import PerceptronBatch, nguyen_widrow
 
 
@@ -35,6 +36,9 @@ class LinearProblems:
     def take(self, index):
         return LinearProblems(self.A[index], self.t[index])
 
+    def to(self, device):
+        return LinearProblems(self.A.to(device), self.t.to(device))
+
 
 @pytest.fixture
 def linear():
@@ -52,7 +56,7 @@ def perceptrons(n_networks: int, seed: int = 0):
     T += rng.normal(scale=0.02, size=T.shape)
     rows = np.stack([np.random.default_rng(j).permutation(120)[:100] for j in range(n_networks)])
     w = np.stack([nguyen_widrow(np.random.default_rng(100 + j), (2, 6, 2)) for j in range(n_networks)])
-    return PerceptronBatch.from_samples(X, T, rows, 6), w
+    return PerceptronBatch.from_samples(X, T, rows, [6]), w
 
 
 def test_one_epoch_is_the_step_and_the_updates_of_the_source(linear):
@@ -89,6 +93,7 @@ def test_linear_model_ends_where_the_evidence_is_greatest(linear):
         best = minimize(minus_log_evidence, [0.0, 1.0], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12})
         alpha, beta = np.exp(best.x)
         np.testing.assert_allclose([fit.alpha, fit.beta], [alpha, beta], rtol=1e-5)
+        assert fit.log_evidence == pytest.approx(-best.fun, abs=1e-6)
 
         precision = 2 * beta * A[j].T @ A[j] + 2 * alpha * np.eye(12)
         posterior_mean = np.linalg.solve(precision, 2 * beta * A[j].T @ t[j])
@@ -201,7 +206,7 @@ def assert_finite(fit):
 def test_progress_rises_to_the_end():
     problems, w = perceptrons(8)
     calls = []
-    train(problems, w, Schedule(epochs=40), lambda done, all_epochs: calls.append((done, all_epochs)))
+    train(problems, w, Schedule(epochs=40), progress=lambda done, all_epochs: calls.append((done, all_epochs)))
     done = [epochs for epochs, _ in calls]
     assert done == sorted(done)
     assert calls[-1] == (40, 40)
@@ -220,7 +225,7 @@ def test_an_interrupted_training_ends_in_every_thread_and_gives_the_threads_back
     torch.set_num_threads(2)
     try:
         with pytest.raises(KeyboardInterrupt):
-            train(problems, w, Schedule(), interrupt)
+            train(problems, w, Schedule(), progress=interrupt)
         assert torch.get_num_threads() == 2
     finally:
         torch.set_num_threads(threads)

@@ -1,35 +1,42 @@
 """The normal equations of a batch of networks, against differences and against networks of torch's own layers."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import torch
 
 from surrogate.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 
-SHAPE = D, S, M = 3, 5, 2
-"""Inputs, hidden neurons, outputs."""
+D, M = 3, 2
+"""Inputs and outputs."""
 B, N = 4, 30
 
 
-@pytest.fixture
-def batch():
+@pytest.fixture(params=[(5,), (4, 3), (3, 4, 2)], ids=str)
+def batch(request):
     rng = np.random.default_rng(3)
     X, T = rng.uniform(-1, 1, (50, D)), rng.uniform(-1, 1, (50, M))
     rows = np.stack([rng.permutation(50)[:N] for _ in range(B)])
-    w = np.stack([nguyen_widrow(np.random.default_rng(j), SHAPE) for j in range(B)])
-    return X, T, rows, w, PerceptronBatch.from_samples(X, T, rows, S)
+    sizes = (D, *request.param, M)
+    w = np.stack([nguyen_widrow(np.random.default_rng(j), sizes) for j in range(B)])
+    problems = PerceptronBatch.from_samples(X, T, rows, request.param)
+    return X, T, rows, w, problems, lambda w, X, T: torch_errors(w, X, T, sizes)
 
 
-def torch_errors(w: torch.Tensor, X: np.ndarray, T: np.ndarray) -> torch.Tensor:
-    """Errors (m n,) of one network by torch.nn.functional."""
-    hidden, output = w[: S * (D + 1)].view(S, D + 1), w[S * (D + 1) :].view(M, S + 1)
-    a = torch.tanh(torch.nn.functional.linear(torch.as_tensor(X), hidden[:, :-1], hidden[:, -1]))
-    y = torch.nn.functional.linear(a, output[:, :-1], output[:, -1])
-    return (y - torch.as_tensor(T)).T.ravel()
+def torch_errors(w: torch.Tensor, X: np.ndarray, T: np.ndarray, sizes: tuple[int, ...]) -> torch.Tensor:
+    """Errors (n m,) of one network by torch.nn.functional."""
+    a, first = torch.as_tensor(X), 0
+    for before, size in pairwise(sizes):
+        last = first + size * (before + 1)
+        layer = w[first:last].view(size, before + 1)
+        y, first = torch.nn.functional.linear(a, layer[:, :-1], layer[:, -1]), last
+        a = torch.tanh(y)
+    return (y - torch.as_tensor(T)).ravel()
 
 
 def test_sums_of_squares_are_those_of_torch_layers(batch):
-    X, T, rows, w, problems = batch
+    X, T, rows, w, problems, torch_errors = batch
     expected = [float((torch_errors(torch.as_tensor(w[j]), X[rows[j]], T[rows[j]]) ** 2).sum()) for j in range(B)]
     np.testing.assert_allclose(problems.sum_squared_errors(torch.as_tensor(w)), expected, rtol=1e-13)
     np.testing.assert_allclose(problems.normal_equations(torch.as_tensor(w))[0], expected, rtol=1e-13)
@@ -37,7 +44,7 @@ def test_sums_of_squares_are_those_of_torch_layers(batch):
 
 
 def test_normal_equations_agree_with_central_differences(batch):
-    X, T, rows, w, problems = batch
+    X, T, rows, w, problems, torch_errors = batch
     _, JtJ, Jte = problems.normal_equations(torch.as_tensor(w))
     step = 1e-5
     for j in range(B):
@@ -52,7 +59,7 @@ def test_normal_equations_agree_with_central_differences(batch):
 
 
 def test_normal_equations_agree_with_automatic_differentiation(batch):
-    X, T, rows, w, problems = batch
+    X, T, rows, w, problems, torch_errors = batch
     _, JtJ, Jte = problems.normal_equations(torch.as_tensor(w))
     for j in range(B):
         w_j = torch.as_tensor(w[j])
@@ -63,11 +70,19 @@ def test_normal_equations_agree_with_automatic_differentiation(batch):
 
 
 def test_taken_networks_keep_their_own_samples(batch):
-    *_, w, problems = batch
+    *_, w, problems, _ = batch
     index = torch.tensor([False, True, False, True])
     everything = problems.sum_squared_errors(torch.as_tensor(w))
     some = problems.take(index).sum_squared_errors(torch.as_tensor(w)[index])
     torch.testing.assert_close(some, everything[index], rtol=0, atol=0)
+
+
+def test_a_jacobian_in_parts_gives_the_same_normal_equations(batch, monkeypatch):
+    *_, w, problems, _ = batch
+    whole = problems.normal_equations(torch.as_tensor(w))
+    monkeypatch.setattr("surrogate.perceptron.MEMORY", 8 * B * M * w.shape[1] * 7)  # 7 samples at a time
+    for part, all_at_once in zip(problems.normal_equations(torch.as_tensor(w)), whole, strict=True):
+        torch.testing.assert_close(part, all_at_once, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize(("d", "s"), [(4, 10), (2, 7), (1, 1)])

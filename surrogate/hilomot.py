@@ -1,0 +1,174 @@
+"""HILOMOT, the hierarchical local model tree: cells are split along any direction by sigmoids.
+
+A split divides the validity of a model between two, psi to the second and 1 - psi to the first, with
+
+    psi = sigmoid(kappa (v'z - c)),      kappa = 20 / (smoothness |c_1 - c_2|),
+
+for a unit direction v and the validity-weighted centres c_1, c_2 of the two. The direction and offset are those of the
+least training error, both models being estimated anew for each: nested least squares with an analytic gradient
+(Hartmann's thesis; Nelles, Nonlinear System Identification).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from surrogate.local_training import Grown, Samples
+from surrogate.lolimot import with_split
+from surrogate.partitions import ObliquePartition, SplitTree
+from surrogate.scaling import Array
+
+STEEPNESS = 20.0
+"""Kappa times the distance of the centres, at smoothness 1."""
+
+OWN_SHARE = 0.8
+"""Least validity that a centre should have in its own half of the split."""
+
+RAISES = 3
+"""How often kappa is doubled for it."""
+
+NEGLIGIBLE = 1e-8
+"""Samples of less validity do not matter to a split."""
+
+
+@dataclass(frozen=True)
+class _Hierarchy(Grown):
+    tree: SplitTree
+    steepness: Array
+
+    @property
+    def partition(self) -> ObliquePartition:
+        return ObliquePartition(self.tree, self.steepness)
+
+
+@dataclass(frozen=True)
+class NestedSplit:
+    """The training error as a function of one split, with all samples that it moves.
+
+    Args of the samples (n, ...): `parent` is the validity (n,) that is divided, `rest` (n, m) the targets less the
+    outputs of all other models.
+    """
+
+    samples: Samples
+    parent: Array
+    rest: Array
+
+    def shares(self, direction: Array, offset: float, kappa: float) -> Array:
+        """Validities (n, 2) of the two halves."""
+        half = np.tanh(0.5 * kappa * (self.samples.z @ direction - offset))
+        return self.parent[:, None] * np.column_stack([0.5 * (1.0 - half), 0.5 * (1.0 + half)])
+
+    def loss(self, q: Array) -> float:
+        """Sum of squared errors with the halves' validities q (n, 2), both models estimated anew."""
+        outputs = self.samples.outputs(self.samples.fit(q))
+        return float(((self.rest - (q[:, :, None] * outputs).sum(1)) ** 2).sum())
+
+    def loss_and_gradient(self, theta: Array, kappa: float) -> tuple[float, Array]:
+        """Loss at theta = (v, c), where v need not have length 1, and its gradient (d + 1,).
+
+        The coefficients w_i of a half follow from its validities q_i, d w_i = (A'Q_i A)^-1 A' dQ_i (y - A w_i). With
+        e the errors and l_i = (A'Q_i A)^-1 A'Q_i e, that adds (A l_i)(y - A w_i) to the slope e (A w_i) of q_i alone.
+        """
+        data, v, c = self.samples, theta[:-1], theta[-1]
+        length = float(np.linalg.norm(v))
+        t = (data.z @ v - c) / length
+        q = self.shares(v / length, c / length, kappa)
+        G = data.normal_matrices(q)
+        p = data.outputs(data.solve(G, data.moments(q, data.y)))
+        e = self.rest - (q[:, :, None] * p).sum(1)
+        adjoint = data.outputs(data.solve(G, data.moments(q, e)))
+        slopes = -2.0 * (e[:, None] * p + adjoint * (data.y[:, None] - p)).sum(2)
+        by_t = kappa * q[:, 0] * q[:, 1] / np.maximum(self.parent, NEGLIGIBLE) * (slopes[:, 1] - slopes[:, 0])
+        by_v = (by_t @ data.z - (by_t @ t) * v / length) / length
+        return float((e * e).sum()), np.append(by_v, -by_t.sum() / length)
+
+    def centres(self, q: Array) -> Array:
+        """Centres (2, d) of the halves, weighted by their validities q (n, 2)."""
+        return (q.T @ self.samples.z) / np.maximum(q.sum(0), np.finfo(float).tiny)[:, None]
+
+
+@dataclass(frozen=True)
+class Hilomot:
+    """Axis-oblique splitting; `iterations` bound the search for a direction."""
+
+    n_inputs: int
+    smoothness: float = 1.0
+    iterations: int = 30
+
+    @property
+    def split_parameters(self) -> int:
+        """A direction of length 1 and an offset: as many as there are inputs."""
+        return self.n_inputs
+
+    def start(self, samples: Samples) -> Grown:
+        """One model."""
+        phi, d = np.ones((len(samples.z), 1)), samples.z.shape[1]
+        tree = SplitTree(np.empty((0, d)), np.empty(0), np.empty((0, 2), dtype=np.int64))
+        return _Hierarchy(phi, samples.fit(phi), tree, np.empty(0))
+
+    def split(self, grown: Grown, model: int, samples: Samples) -> Grown | None:
+        """From the best start, the direction and offset of the least error."""
+        from scipy.optimize import minimize  # slow to import, and not needed to evaluate
+
+        assert isinstance(grown, _Hierarchy)
+        own = grown.phi[:, model, None] * (samples.A @ grown.coefficients[model])
+        rows = grown.phi[:, model] > NEGLIGIBLE
+        problem = NestedSplit(samples.subset(rows), grown.phi[rows, model], (grown.errors(samples) + own)[rows])
+        start = self._start(problem, grown.tree, model)
+        if start is None:
+            return None
+        theta, kappa = start
+        found = minimize(
+            problem.loss_and_gradient, theta, (kappa,), "BFGS", jac=True, options={"maxiter": self.iterations}
+        )
+        direction, offset = _normalised(found.x)
+        steepness = self._steepness(problem, direction, offset)
+        if steepness is None or (problem.shares(direction, offset, steepness).sum(0) < samples.terms_count).any():
+            return None
+        tree = with_split(grown.tree, model, direction, offset)
+        phi = np.column_stack([grown.phi, np.zeros(len(samples.z))])
+        new = [model, phi.shape[1] - 1]
+        phi[:, new] = NestedSplit(samples, grown.phi[:, model], samples.y).shares(direction, offset, steepness)
+        coefficients = np.concatenate([grown.coefficients, grown.coefficients[:1]])
+        coefficients[new] = samples.fit(phi[:, new])
+        return _Hierarchy(phi, coefficients, tree, np.append(grown.steepness, steepness))
+
+    def _start(self, problem: NestedSplit, tree: SplitTree, model: int) -> tuple[Array, float] | None:
+        """The best split through the centre of the model along an axis or its parent's direction, and its kappa."""
+        centre = problem.parent @ problem.samples.z / problem.parent.sum()
+        directions = [*np.eye(len(centre)), *tree.directions[(tree.children == -1 - model).any(axis=1)]]
+        best, least = None, np.inf
+        for direction in directions:
+            offset = float(direction @ centre)
+            kappa = self._steepness(problem, direction, offset)
+            if kappa is None:
+                continue
+            q = problem.shares(direction, offset, kappa)
+            if (q.sum(0) >= problem.samples.terms_count).all() and (loss := problem.loss(q)) < least:
+                best, least = (np.append(direction, offset), kappa), loss
+        return best
+
+    def _steepness(self, problem: NestedSplit, direction: Array, offset: float) -> float | None:
+        """Steepness of a split; None where one side is empty."""
+        below = problem.samples.z @ direction < offset
+        halves = problem.parent[:, None] * np.column_stack([below, ~below])
+        if (halves.sum(0) <= 0).any():
+            return None
+        centres = problem.centres(halves)
+        distance = float(np.linalg.norm(centres[1] - centres[0]))
+        if distance == 0.0:
+            return None
+        kappa = STEEPNESS / (self.smoothness * distance)
+        for _ in range(RAISES):
+            t = centres @ direction - offset
+            if (1.0 / (1.0 + np.exp(kappa * t * [1.0, -1.0])) >= OWN_SHARE).all():
+                break
+            kappa *= 2.0
+        return kappa
+
+
+def _normalised(theta: Array) -> tuple[Array, float]:
+    length = float(np.linalg.norm(theta[:-1]))
+    return theta[:-1] / length, float(theta[-1]) / length
