@@ -92,6 +92,11 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
                 address = scheduler
             client = stack.enter_context(Client(address, set_as_default=False, timeout=_CONNECTION_S))
             client.wait_for_workers(1, timeout=_WORKER_S)
+        except RuntimeError as error:
+            raise InputError(
+                f"The worker processes do not start ({error}); a script that computes a data set has to do so under "
+                '`if __name__ == "__main__":`, because they import it.'
+            ) from None
         except (OSError, ValueError, TimeoutError) as error:
             raise InputError(
                 f"No dask worker at {scheduler or 'this machine'} ({error}); start `dask scheduler` and `dask worker` "

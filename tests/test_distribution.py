@@ -124,6 +124,18 @@ assert "gtm_fmu" not in sys.modules
 """
 
 
+def test_script_without_a_guard(tmp_path):
+    """The worker processes import it and would compute, too."""
+    script = tmp_path / "script.py"
+    script.write_text("from tests.dataset_run import TABLE, compute\ncompute('a.zarr', TABLE, workers=1)\n")
+    path = {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, env=os.environ | path, capture_output=True, text=True, timeout=60
+    )
+    assert "InputError: The worker processes do not start (Nanny failed to start.)" in done.stderr.splitlines()[-1]
+    assert not (tmp_path / "a.zarr").exists()
+
+
 class TestCluster:
     def test_of_the_user(self, tmp_path, address, expected):
         calls = []
