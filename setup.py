@@ -57,6 +57,7 @@ setup(
                 "gtm_fmu/core/linear_program.c",
                 "gtm_fmu/core/envelope.c",
                 "gtm_fmu/core/grid.c",
+                "gtm_fmu/core/thrust_map.c",
                 "gtm_fmu/core/configuration.c",
                 "gtm_fmu/core/full_motion.c",
                 "gtm_fmu/core/full_table.c",
@@ -77,6 +78,7 @@ setup(
                 "gtm_fmu/core/full_table.h",
                 "gtm_fmu/core/kernel.h",
                 "gtm_fmu/core/solver.h",
+                "gtm_fmu/core/thrust_map.h",
             ],
             extra_compile_args=[] if sys.platform == "win32" else ["-std=c99", "-O2", "-g0", "-fvisibility=hidden"],
         )

@@ -51,13 +51,18 @@ def rotor_speed(throttle):
     return ca.polyval(ca.DM(SPEED_POLYNOMIAL), throttle)
 
 
+def gross_thrust(speed, pressure_ratio):
+    """Thrust of one engine in lbf before ram drag, from its rotor speed in % (SPEC 6)."""
+    return (THRUST_CUBIC * speed**3 + THRUST_OFFSET) * pressure_ratio
+
+
 def engine(throttle, flow: AirData, running=1) -> Engine:
     """One engine at a throttle position in percent; net thrust never falls below zero (SPEC 6).
 
     With ``running`` 0 all its outputs are zero, its ram drag too (SPEC 10.2).
     """
     speed = running * rotor_speed(throttle)
-    gross = (THRUST_CUBIC * speed**3 + THRUST_OFFSET) * flow.air.pressure_ratio
+    gross = gross_thrust(speed, flow.air.pressure_ratio)
     thrust = ca.fmax(0, gross - RAM_DRAG * flow.dynamic_pressure * WING_AREA)
     return Engine(speed, running * thrust, ROTOR_INERTIA * FULL_SPEED_RAD_S * speed / 100)
 

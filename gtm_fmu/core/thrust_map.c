@@ -1,0 +1,242 @@
+/* V_min and V_max by the thrust map. Between two deflections the thrust at a given speed is linear, and so are the ends
+   of the range of speeds. So over such a cell V_min and V_max lie on its sides, or where an end of the range needs just
+   the thrust available. Over a range of deflections they are the extremes of finitely many values, and a wider range
+   never has a smaller envelope. */
+#include "thrust_map.h"
+
+#include <math.h>
+
+#include "solver.h"
+
+enum { BISECTIONS = 60 };
+static const double jump = 2; /* kt EAS within the tolerance: the end lies on another branch */
+
+/* The map at one altitude and path: least thrust over speed with one deflection. Outside the range of speeds it goes on
+   with the slope of its first or last eighth where that lowers it. */
+typedef struct {
+    double slowest, fastest, thrust[GTM_MAP_SPEEDS], slope_below, slope_above;
+} curve;
+
+typedef struct {
+    const gtm_thrust_map *map;
+    curve curves[GTM_MAP_DEFLECTIONS];
+} section;
+
+/* A deflection: a share w of the way from number j to the next. */
+typedef struct {
+    long j;
+    double w;
+} place;
+
+/* Ends in EAS, the deflections that reach them, spare thrust. */
+typedef struct {
+    double v_min, v_max, spare;
+    place at_v_min, at_v_max;
+} ends;
+
+static double lagrange(long n, const double *nodes, long i, double x)
+{
+    double product = 1;
+    for (long j = 0; j < n; j++)
+        if (j != i) product *= (x - nodes[j]) / (nodes[i] - nodes[j]);
+    return product;
+}
+
+static long cell_of(const gtm_thrust_map *map, double deflection)
+{
+    long j = 0;
+    while (j < map->deflections - 2 && deflection >= map->deflection[j + 1]) j++;
+    return j;
+}
+
+static double speed(const gtm_thrust_map *map, const curve *c, long i)
+{
+    const double root = (double)i / (double)(map->speeds - 1);
+    return c->slowest + (c->fastest - c->slowest) * root * root;
+}
+
+static void take_curve(const gtm_thrust_map *map, double density, double gamma, long j, curve *c)
+{
+    const long n = map->speeds, near = (n + 6) / 8;
+    *c = (curve){0};
+    for (long k = 0; k < map->densities; k++)
+        for (long l = 0; l < map->paths; l++) {
+            const double weight =
+                lagrange(map->densities, map->density, k, density) * lagrange(map->paths, map->gamma, l, gamma);
+            const float *row = map->table + ((k * map->paths + l) * map->deflections + j) * (2 + n);
+            c->slowest += weight * row[0];
+            c->fastest += weight * row[1];
+            for (long i = 0; i < n; i++) c->thrust[i] += weight * row[2 + i];
+        }
+    c->slope_below = fmax(0, (c->thrust[near] - c->thrust[0]) / (speed(map, c, near) - c->slowest));
+    c->slope_above = fmin(0, (c->thrust[n - 1] - c->thrust[n - 1 - near]) / (c->fastest - speed(map, c, n - 1 - near)));
+}
+
+static double thrust_at(const gtm_thrust_map *map, const curve *c, double v)
+{
+    const long steps = map->speeds - 1;
+    if (v <= c->slowest) return c->thrust[0] + c->slope_below * (v - c->slowest);
+    if (v >= c->fastest) return c->thrust[steps] + c->slope_above * (v - c->fastest);
+    const long below = (long)((double)steps * sqrt((v - c->slowest) / (c->fastest - c->slowest)));
+    const long i = below < steps ? below : steps - 1;
+    const double start = speed(map, c, i);
+    return c->thrust[i] + (c->thrust[i + 1] - c->thrust[i]) * (v - start) / (speed(map, c, i + 1) - start);
+}
+
+static double between(place at, double a, double b)
+{
+    return (1 - at.w) * a + at.w * b;
+}
+
+/* Excess over the thrust available at the slowest speed, or at the fastest. */
+static double excess(const section *s, place at, int is_fast, double available)
+{
+    const curve *a = &s->curves[at.j], *b = a + 1;
+    const double v = is_fast ? between(at, a->fastest, b->fastest) : between(at, a->slowest, b->slowest);
+    return between(at, thrust_at(s->map, a, v), thrust_at(s->map, b, v)) - available;
+}
+
+/* Widen the ends by those of a curve through n points, the speeds rising. */
+static void widen(ends *e, long n, const double *v, const double *thrust, double available, place at)
+{
+    long first = 0, last = n - 1;
+    double least = thrust[0];
+    for (long i = 1; i < n; i++) least = fmin(least, thrust[i]);
+    e->spare = fmax(e->spare, available - least);
+    if (least > available) return;
+    while (thrust[first] > available) first++;
+    while (thrust[last] > available) last--;
+    double v_min = v[first], v_max = v[last];
+    if (first > 0) v_min -= (v_min - v[first - 1]) * (available - thrust[first]) / (thrust[first - 1] - thrust[first]);
+    if (last < n - 1) v_max += (v[last + 1] - v_max) * (available - thrust[last]) / (thrust[last + 1] - thrust[last]);
+    if (v_min < e->v_min) {
+        e->v_min = v_min;
+        e->at_v_min = at;
+    }
+    if (v_max > e->v_max) {
+        e->v_max = v_max;
+        e->at_v_max = at;
+    }
+}
+
+static void widen_by(ends *e, const section *s, place at, double available)
+{
+    const curve *a = &s->curves[at.w == 1 ? at.j + 1 : at.j], *b = &s->curves[at.w == 0 ? at.j : at.j + 1];
+    const double slowest = between(at, a->slowest, b->slowest), fastest = between(at, a->fastest, b->fastest);
+    const long speeds = s->map->speeds;
+    double v[2 * GTM_MAP_SPEEDS + 2], thrust[2 * GTM_MAP_SPEEDS + 2];
+    long n = 0;
+    if (a == b) {
+        for (; n < speeds; n++) v[n] = speed(s->map, a, n);
+        widen(e, n, v, a->thrust, available, at);
+        return;
+    }
+    v[n++] = slowest;
+    for (long i = 0, k = 0; i < speeds || k < speeds;) {
+        const double next_a = i < speeds ? speed(s->map, a, i) : INFINITY;
+        const double next_b = k < speeds ? speed(s->map, b, k) : INFINITY;
+        const double next = fmin(next_a, next_b);
+        i += next_a <= next;
+        k += next_b <= next;
+        if (v[n - 1] < next && next < fastest) v[n++] = next;
+    }
+    if (v[n - 1] < fastest) v[n++] = fastest;
+    for (long i = 0; i < n; i++) thrust[i] = between(at, thrust_at(s->map, a, v[i]), thrust_at(s->map, b, v[i]));
+    widen(e, n, v, thrust, available, at);
+}
+
+/* Where between two places of a cell an end of the range of speeds needs just the thrust available, if it does. */
+static void widen_by_crossing(ends *e, const section *s, long j, double from, double to, int is_fast, double available)
+{
+    const int starts_inside = excess(s, (place){j, from}, is_fast, available) <= 0;
+    if (starts_inside == (excess(s, (place){j, to}, is_fast, available) <= 0)) return;
+    double inside = starts_inside ? from : to, outside = starts_inside ? to : from;
+    for (int k = 0; k < BISECTIONS; k++) {
+        const double middle = 0.5 * (inside + outside);
+        if (excess(s, (place){j, middle}, is_fast, available) <= 0)
+            inside = middle;
+        else
+            outside = middle;
+    }
+    widen_by(e, s, (place){j, inside}, available);
+}
+
+/* Ends over all deflections lower .. upper. */
+static ends ends_over(const section *s, double lower, double upper, double available)
+{
+    const double *d = s->map->deflection;
+    ends e = {INFINITY, -INFINITY, -INFINITY, {0}, {0}};
+    long j = cell_of(s->map, lower);
+    double from = (lower - d[j]) / (d[j + 1] - d[j]);
+    widen_by(&e, s, (place){j, from}, available);
+    for (double reached = lower; reached < upper; j++, from = 0) {
+        reached = fmin(d[j + 1], upper);
+        const double to = (reached - d[j]) / (d[j + 1] - d[j]);
+        for (int is_fast = 0; is_fast < 2; is_fast++) widen_by_crossing(&e, s, j, from, to, is_fast, available);
+        widen_by(&e, s, (place){j, to}, available);
+    }
+    return e;
+}
+
+/* Bend in kt of the slowest speed between two deflections. */
+static double deflection_bend(const section *s, place at)
+{
+    double most = 0;
+    for (long j = at.j; j <= at.j + 1; j++) {
+        const curve *c = &s->curves[j];
+        if (j > 0 && j < s->map->deflections - 1)
+            most = fmax(most, fabs(c[-1].slowest - 2 * c->slowest + c[1].slowest));
+    }
+    return 4 * at.w * (1 - at.w) * most;
+}
+
+/* Bend in kt of the curve of least thrust between two speeds. */
+static double speed_bend(const section *s, place at, double v)
+{
+    const gtm_thrust_map *map = s->map;
+    const curve *c = &s->curves[at.w < 0.5 ? at.j : at.j + 1];
+    long i = 1;
+    while (i < map->speeds - 3 && v > speed(map, c, i + 1)) i++;
+    double slope[3];
+    for (long k = 0; k < 3; k++)
+        slope[k] = (c->thrust[i + k] - c->thrust[i + k - 1]) / (speed(map, c, i + k) - speed(map, c, i + k - 1));
+    const double step = speed(map, c, i + 1) - speed(map, c, i);
+    return fmax(fabs(slope[1] - slope[0]), fabs(slope[2] - slope[1])) * step / fabs(slope[1]);
+}
+
+static gtm_map_envelope envelope_of(const gtm_thrust_map *map, const double *given)
+{
+    const double gamma = given[1], lower = given[2], upper = given[3];
+    const gtm_condition at = gtm_condition_at(given[0], 0);
+    const double density = at.density / gtm_condition_at(0, 0).density, eas_per_tas = sqrt(density);
+    const double available = map->full_thrust * at.pressure_ratio;
+    const long first = cell_of(map, lower) - 1, last = cell_of(map, upper) + 2;
+    section s;
+    s.map = map;
+    for (long j = first < 0 ? 0 : first; j <= last && j < map->deflections; j++)
+        take_curve(map, density, gamma, j, &s.curves[j]);
+
+    const ends e = ends_over(&s, lower, upper, available);
+    if (e.spare < 0) return (gtm_map_envelope){.spare_thrust = e.spare, .is_fold = -e.spare < map->tolerance};
+    const ends more = ends_over(&s, lower, upper, available + map->tolerance);
+    const ends less = ends_over(&s, lower, upper, available - map->tolerance);
+    const double slow = 0.5 * (fmin(less.v_min, e.v_max) - more.v_min);
+    const double fast = 0.5 * (more.v_max - fmax(less.v_max, e.v_min));
+    const int is_fold = less.spare < 0 || 2 * fmax(slow, fast) > jump;
+    const double share = is_fold ? 1 : 1 / map->tolerance_deviations;
+    const double slow_bend = map->bend_share * deflection_bend(&s, e.at_v_min);
+    const double fast_bend = map->bend_share * fmin(speed_bend(&s, e.at_v_max, e.v_max), jump);
+    return (gtm_map_envelope){
+        .v_min = e.v_min / eas_per_tas,
+        .v_max = e.v_max / eas_per_tas,
+        .v_min_std = hypot(map->least_deviation, hypot(share * slow, slow_bend)) / eas_per_tas,
+        .v_max_std = hypot(map->least_deviation, hypot(share * fast, fast_bend)) / eas_per_tas,
+        .spare_thrust = e.spare,
+        .is_fold = is_fold,
+    };
+}
+
+void gtm_map_envelopes(const gtm_thrust_map *map, long n, const double *cases, gtm_map_envelope *found)
+{
+    for (long i = 0; i < n; i++) found[i] = envelope_of(map, cases + 4 * i);
+}

@@ -1,0 +1,38 @@
+/* The thrust map of a control that is jammed or restricted: envelopes by interpolation instead of by search.
+
+   At a given equivalent airspeed and flight-path angle a steady manoeuvre needs nearly the same gross thrust at every
+   altitude, while the engines give theirs in proportion to the pressure (SPEC 6). So the map tabulates, over the jammed
+   deflection, the range of equivalent airspeeds that the other limits leave and the least gross thrust over it. V_min
+   and V_max are where that meets the thrust available, or the ends of the range. */
+#ifndef GTM_THRUST_MAP_H
+#define GTM_THRUST_MAP_H
+
+#include "gtm_core.h"
+
+enum { GTM_MAP_DEFLECTIONS = 128, GTM_MAP_SPEEDS = 128 }; /* at most */
+
+typedef struct {
+    long densities, paths, deflections, speeds;
+    const double *density;    /* ratio to that at sea level */
+    const double *gamma;      /* deg */
+    const double *deflection; /* deg, rising */
+    const float *table;       /* [density][gamma][deflection][2 + speeds]: slowest and fastest EAS in kt, and thrusts in
+                                 lbf from one to the other, the roots of the steps above the slowest evenly spaced */
+    double full_thrust;       /* lbf, of both engines at sea level */
+    double tolerance;         /* lbf, of the thrusts, and how many standard deviations of theirs it is */
+    double tolerance_deviations;
+    double bend_share;        /* standard deviation of the slowest speed between deflections, of its bend there */
+    double least_deviation;   /* kt EAS, of V_min and of V_max */
+} gtm_thrust_map;
+
+typedef struct {
+    double v_min, v_max;         /* true airspeed in kt; 0 without an envelope */
+    double v_min_std, v_max_std; /* standard deviations in kt */
+    double spare_thrust;         /* lbf left where the least thrust is needed; an envelope exists from 0 on */
+    double is_fold;              /* 1 if inside the tolerance an end jumps or the envelope vanishes, else 0 */
+} gtm_map_envelope;
+
+/* Envelopes of n cases, rows of altitude in ft, gamma in deg, lower and upper limit of the control in deg. */
+GTM_API void gtm_map_envelopes(const gtm_thrust_map *map, long n, const double *cases, gtm_map_envelope *found);
+
+#endif

@@ -1,0 +1,217 @@
+"""The thrust map: envelopes of a jammed or restricted control by interpolation, in microseconds.
+
+At a given equivalent airspeed and flight-path angle a steady manoeuvre needs nearly the same gross thrust at every
+altitude, and the engines give theirs in proportion to the pressure (SPEC 6). So the envelopes of all altitudes follow
+from one surface, the least gross thrust over equivalent airspeed and jammed deflection: V_min and V_max are where it
+meets the thrust available, or where another limit ends it. The surface has no jumps; V_max has, where the surface folds
+under the available thrust, and they come out right. A restricted control may be held anywhere in its range, so its
+envelope is the union over the range, which the core finds exactly: wider limits never shrink an envelope.
+
+`thrust_survey` fills a map with exact solutions. A map is a small file; evaluating it needs NumPy and the core.
+"""
+
+import ctypes
+import json
+import os
+import zipfile
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gtm_fmu import manoeuvre
+from gtm_fmu.core.library import address, library, rows
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import WIDEST
+
+RUDDER_MAP = Path(str(files("gtm_fmu") / "data" / "rudder_thrust_map.npz"))
+"""The map of the rudder that comes with the package."""
+FORMAT = "gtm_fmu.ThrustMap 1"
+MOST_DEFLECTIONS = MOST_SPEEDS = 128
+
+
+class Tolerances(NamedTuple):
+    """What the standard deviations of a map are made of; chosen so that they hold on cases of their own.
+
+    Attributes:
+        thrust_lbf: how far the thrusts may be wrong; an end that jumps inside it is flagged as a fold.
+        thrust_deviations: how many standard deviations of the thrusts that is.
+        bend_share: standard deviation of an interpolated value, of the bend of its curve there.
+        least_kt: least standard deviation of V_min and V_max, equivalent airspeed.
+    """
+
+    thrust_lbf: float = 0.03
+    thrust_deviations: float = 10.0
+    bend_share: float = 0.1
+    least_kt: float = 0.0075
+
+
+class MapEnvelopes(NamedTuple):
+    """Envelopes (n) by a map; without one the speeds and their standard deviations are NaN.
+
+    Attributes:
+        feasible: there is an envelope.
+        in_domain: altitude and flight path lie inside the map.
+        fold: a small change of thrust makes an end jump, or the envelope begin or cease to exist: solve exactly here.
+        spare_thrust_lbf: thrust left where the least is needed; below zero there is no envelope.
+    """
+
+    v_min_kt: np.ndarray
+    v_max_kt: np.ndarray
+    v_min_std_kt: np.ndarray
+    v_max_std_kt: np.ndarray
+    feasible: np.ndarray
+    in_domain: np.ndarray
+    fold: np.ndarray
+    spare_thrust_lbf: np.ndarray
+
+
+class _CoreMap(ctypes.Structure):
+    """``gtm_thrust_map`` of thrust_map.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_long) for name in ("densities", "paths", "deflections", "speeds")),
+        *((name, ctypes.c_void_p) for name in ("density", "gamma", "deflection", "table")),
+        *((name, ctypes.c_double) for name in ("full_thrust", *Tolerances._fields)),
+    )
+
+
+_CORE_RESULTS = 6  # numbers of gtm_map_envelope
+
+
+@dataclass(frozen=True, eq=False)
+class ThrustMap:
+    """Least gross thrust over jammed deflection and equivalent airspeed, at some density ratios and flight paths.
+
+    Attributes:
+        control: ``rudder``, ``aileron`` or ``elevator``.
+        altitude_ft: lowest and highest altitude of the map.
+        density_ratio: (k) of its altitudes, to sea level's.
+        gamma_deg: (l) flight-path angles; between them, and between the densities, by Lagrange's polynomials.
+        deflection_deg: (m) rising.
+        table: (k, l, m, 2 + n) slowest and fastest equivalent airspeed in kt that all limits but the throttle's leave,
+            and n least thrusts of both engines in lbf, at speeds v with evenly spaced sqrt(v - slowest).
+        full_thrust_lbf: gross thrust of both engines at sea level.
+        provenance: how the map came about and its measured errors: anything that JSON can hold.
+
+    Raises:
+        InputError: arrays that do not fit together.
+    """
+
+    control: str
+    altitude_ft: tuple[float, float]
+    density_ratio: np.ndarray
+    gamma_deg: np.ndarray
+    deflection_deg: np.ndarray
+    table: np.ndarray
+    full_thrust_lbf: float
+    tolerances: Tolerances = Tolerances()
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self):
+        """Hold the arrays unchangeable, in the types of the core."""
+        for name, dtype in (("density_ratio", "f8"), ("gamma_deg", "f8"), ("deflection_deg", "f8"), ("table", "f4")):
+            array = np.array(getattr(self, name), dtype=dtype, order="C")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        sizes = (len(self.density_ratio), len(self.gamma_deg), len(self.deflection_deg))
+        fits = self.table.ndim == 4 and self.table.shape[:3] == sizes
+        if not (fits and 2 <= sizes[2] <= MOST_DEFLECTIONS and 8 <= self.table.shape[3] - 2 <= MOST_SPEEDS):
+            raise InputError(f"A thrust map of {sizes} nodes cannot have a table of the shape {self.table.shape}.")
+        if not np.isfinite(self.table).all() or (np.diff(self.deflection_deg) <= 0).any():
+            raise InputError("A thrust map must hold finite numbers over rising deflections.")
+
+    def predict(self, cases: ArrayLike) -> MapEnvelopes:
+        """Envelopes of cases (n, 4): altitude in ft, gamma in deg, lower and upper limit of the control in deg.
+
+        Raises:
+            InputError: altitude, flight path or limits outside what is allowed.
+        """
+        cases = np.atleast_2d(np.asarray(cases, dtype=float))
+        if cases.shape[-1] != 4:
+            raise InputError(f"Cases of the shape {cases.shape} were given; give altitude, gamma, lower, upper limit.")
+        altitude, gamma, lower, upper = rows(cases, 4, "cases").T
+        manoeuvre.check_values("altitude in ft", altitude, manoeuvre.ALTITUDE_FT)
+        manoeuvre.check_values("gamma in deg", gamma, manoeuvre.GAMMA_DEG)
+        for limits in (lower, upper):
+            manoeuvre.check_values(f"{self.control} in deg", limits, WIDEST[f"{self.control}_deg"])
+        if (lower > upper).any():
+            raise InputError(f"{self.control} in deg: limits are reversed; give the lower one first.")
+        found = np.empty((len(cases), _CORE_RESULTS))
+        cases = np.ascontiguousarray(cases)
+        library().gtm_map_envelopes(
+            ctypes.byref(self._core()), ctypes.c_long(len(cases)), address(cases), address(found)
+        )
+        feasible = found[:, 4] >= 0
+        speeds = np.where(feasible[:, None], found[:, :4], np.nan).T
+        inside = (self.altitude_ft[0] <= altitude) & (altitude <= self.altitude_ft[1])
+        inside &= (self.gamma_deg.min() <= gamma) & (gamma <= self.gamma_deg.max())
+        return MapEnvelopes(*speeds, feasible, inside, found[:, 5] > 0, found[:, 4])
+
+    def with_tolerances(self, **values: float) -> "ThrustMap":
+        """The same map with other tolerances."""
+        return replace(self, tolerances=self.tolerances._replace(**values))
+
+    def _core(self) -> _CoreMap:
+        arrays = (self.density_ratio, self.gamma_deg, self.deflection_deg, self.table)
+        sizes = (*self.table.shape[:3], self.table.shape[3] - 2)
+        return _CoreMap(*sizes, *(address(array) for array in arrays), self.full_thrust_lbf, *self.tolerances)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the map to a file, in one piece or not at all.
+
+        Raises:
+            InputError: it cannot be written.
+        """
+        path = Path(path)
+        partial = path.with_name(f".{path.name}.{os.getpid()}.partial.npz")
+        described = {"format": FORMAT, "control": self.control, "provenance": self.provenance}
+        try:
+            np.savez_compressed(
+                partial,
+                described=json.dumps(described, sort_keys=True, allow_nan=False),
+                altitude_ft=self.altitude_ft,
+                density_ratio=self.density_ratio,
+                gamma_deg=self.gamma_deg,
+                deflection_deg=self.deflection_deg,
+                table=self.table,
+                full_thrust_lbf=self.full_thrust_lbf,
+                tolerances=self.tolerances,
+            )
+            os.replace(partial, path)
+        except OSError as error:
+            raise InputError(f"Cannot write {path} ({error.strerror}); choose a folder you may write to.") from None
+        finally:
+            with suppress(OSError):
+                partial.unlink()
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path = RUDDER_MAP) -> "ThrustMap":
+        """Read a map that `save` wrote, by default the rudder's that comes with the package.
+
+        Raises:
+            InputError: there is none, or it is damaged or foreign.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as content:
+                described = json.loads(str(content["described"]))
+                if described["format"] != FORMAT:
+                    raise ValueError(f"its format is {described['format']!r}, {FORMAT!r} is read")
+                lowest, highest = content["altitude_ft"].tolist()
+                arrays = {n: content[n] for n in ("density_ratio", "gamma_deg", "deflection_deg", "table")}
+                return cls(
+                    described["control"],
+                    (lowest, highest),
+                    **arrays,
+                    full_thrust_lbf=float(content["full_thrust_lbf"]),
+                    tolerances=Tolerances(*content["tolerances"].tolist()),
+                    provenance=described["provenance"],
+                )
+        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            reason = error.strerror if isinstance(error, OSError) and error.strerror else error
+            raise InputError(f"'{path}' is no readable thrust map ({reason}); make one with ThrustMap.save.") from None

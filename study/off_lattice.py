@@ -1,0 +1,132 @@
+"""The off-lattice test set: random cases between and beyond the lattice's nodes, with exact envelopes, and its scores.
+
+The cases follow from a seed. Their envelopes come with the package, so that any model is measured at once; `solve`
+computes them anew.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gtm_fmu.axes import limits_span, span
+from gtm_fmu.cases import CaseTable, Sampling
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import WIDEST
+
+CASES, SEED = 4096, 2026
+CALIBRATION_CASES, CALIBRATION_SEED = 1536, 7
+"""Further cases, to choose the tolerances of a model by."""
+ALTITUDE_FT, GAMMA_DEG = (0.0, 30000.0), (-5.0, 5.0)  # the paper's
+FILE = Path(str(files("study") / "data" / "off_lattice.npz"))
+
+
+def case_table(
+    control: str = "rudder",
+    cases: int = CASES,
+    seed: int = SEED,
+    jam_share: float = 0.5,
+    sampling: Sampling = Sampling.RANDOM,
+) -> CaseTable:
+    """Random altitudes, flight paths and limits of one control, half of them jams."""
+    axes = (
+        span("altitude", *ALTITUDE_FT),
+        span("gamma", *GAMMA_DEG),
+        limits_span(control, *WIDEST[f"{control}_deg"], jam_share),
+    )
+    return CaseTable.sampled(axes, sampling, cases, seed)
+
+
+@dataclass(frozen=True)
+class OffLattice:
+    """Cases X (n, 4): altitude ft, gamma deg, lower and upper limit deg; exact speeds (n, 2) kt and t_min (n) %.
+
+    NaN where there is no envelope, or no manoeuvre at any throttle.
+    """
+
+    X: np.ndarray
+    speeds_kt: np.ndarray
+    t_min_pct: np.ndarray
+
+    @property
+    def feasible(self) -> np.ndarray:
+        """Whether each case has an envelope (n)."""
+        return np.isfinite(self.speeds_kt).all(axis=1)
+
+    @property
+    def jammed(self) -> np.ndarray:
+        """Whether both limits of each case agree (n)."""
+        return self.X[:, 2] == self.X[:, 3]
+
+
+def inputs(table: CaseTable, control: str = "rudder") -> np.ndarray:
+    """Altitude, gamma and the limits of a control (n, 4) of the cases of a table."""
+    names = [column.name for axis in table.axes for column in axis.columns]
+    columns = ["altitude", "gamma", f"{control}_lower", f"{control}_upper"]
+    return table.rows(0, len(table))[:, [names.index(column) for column in columns]]
+
+
+def load() -> OffLattice:
+    """The test set that comes with the package."""
+    with np.load(FILE) as content:
+        return OffLattice(inputs(case_table()), content["speeds_kt"].astype(float), content["t_min_pct"].astype(float))
+
+
+def solve(
+    store: Path,
+    table: CaseTable,
+    control: str = "rudder",
+    progress: Callable[[int, int], None] | None = None,
+    workers: int | None = None,
+) -> OffLattice:
+    """Exact envelopes of a table's cases; a store that was left unfinished is continued.
+
+    Raises:
+        InputError: as `distribution.compute`.
+    """
+    import xarray as xr
+
+    from gtm_fmu.distribution import compute
+
+    compute(store, table, workers=workers, progress=progress)
+    with xr.open_zarr(store, consolidated=False) as data:
+        speeds = np.column_stack([data[name].values for name in ("v_min", "v_max")])
+        return OffLattice(inputs(table, control), speeds, data["t_min"].values)
+
+
+def scores(truth: OffLattice, speeds_kt: np.ndarray, feasible: np.ndarray) -> dict[str, dict[str, Any]]:
+    """Errors of predicted speeds (n, 2) kt and verdicts (n), of restrictions, jams and both.
+
+    Speeds are compared where both find an envelope. The mean square is of speeds scaled to 0..1 by the range of the
+    exact ones; the percentiles are of V_min and V_max together.
+
+    Raises:
+        InputError: predictions of another number of cases.
+    """
+    if speeds_kt.shape != truth.speeds_kt.shape or feasible.shape != truth.feasible.shape:
+        raise InputError(f"{len(speeds_kt)} predictions were given for {len(truth.X)} cases; give one for each.")
+    scale = np.ptp(truth.speeds_kt[truth.feasible], axis=0)
+    parts = {"restrictions": ~truth.jammed, "jams": truth.jammed, "all": np.ones(len(truth.X), dtype=bool)}
+    return {name: _scores(truth, part, speeds_kt, feasible, scale) for name, part in parts.items() if part.any()}
+
+
+def _scores(
+    truth: OffLattice, part: np.ndarray, speeds_kt: np.ndarray, feasible: np.ndarray, scale: np.ndarray
+) -> Mapping[str, Any]:
+    compared = part & truth.feasible & feasible & np.isfinite(speeds_kt).all(axis=1)
+    error = np.abs(speeds_kt - truth.speeds_kt)[compared]
+    median, high, very_high = np.percentile(error, (50, 95, 99)).tolist()
+    return {
+        "cases": int(part.sum()),
+        "compared": int(compared.sum()),
+        "mse": float(np.mean((error / scale) ** 2)),
+        "median_kt": median,
+        "percentile_95_kt": high,
+        "percentile_99_kt": very_high,
+        "largest_kt": float(error.max()),
+        "wrong_verdicts": int((feasible != truth.feasible)[part].sum()),
+        "same_verdict": float((feasible == truth.feasible)[part].mean()),
+    }
