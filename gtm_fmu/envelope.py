@@ -19,7 +19,7 @@ from gtm_fmu.failures import ControlLimits, Failure, Range
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, PSI_DOT, RUDDER, THROTTLE, Trim, V
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
-_THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
+THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
 
 _GAP_STEP_KT, _EDGE_TOLERANCE_KT, _HELD = 0.5, 0.001, 1e-6
 
@@ -209,7 +209,7 @@ class FlightCondition:
         unknown, sign = goal
         objective[unknown] = sign
         if unknown == THROTTLE and not self._has_two_throttles:
-            upper[THROTTLE] = _THROTTLE_WITHOUT_LIMIT
+            upper[THROTTLE] = THROTTLE_WITHOUT_LIMIT
         if tas_kt is not None:
             lower[V] = upper[V] = tas_kt * FT_S_PER_KT
         at, airframe = (self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective), self.failure.airframe

@@ -45,8 +45,8 @@ class Tolerances(NamedTuple):
     """
 
     thrust_lbf: float = 0.03
-    thrust_deviations: float = 10.0
-    bend_share: float = 0.1
+    thrust_deviations: float = 8.0
+    bend_share: float = 0.2
     least_kt: float = 0.0075
 
 
@@ -57,7 +57,8 @@ class MapEnvelopes(NamedTuple):
         feasible: there is an envelope.
         in_domain: altitude and flight path lie inside the map.
         fold: a small change of thrust makes an end jump, or the envelope begin or cease to exist: solve exactly here.
-        spare_thrust_lbf: thrust left where the least is needed; below zero there is no envelope.
+        spare_thrust_lbf: thrust left where the least is needed, at the tabulated deflections and both limits; below
+            zero there is no envelope.
     """
 
     v_min_kt: np.ndarray
@@ -109,7 +110,7 @@ class ThrustMap:
     deflection_deg: np.ndarray
     table: np.ndarray
     full_thrust_lbf: float
-    tolerances: Tolerances = Tolerances()
+    tolerances: Tolerances = field(default_factory=Tolerances)
     provenance: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self):
@@ -147,10 +148,12 @@ class ThrustMap:
             ctypes.byref(self._core()), ctypes.c_long(len(cases)), address(cases), address(found)
         )
         feasible = found[:, 4] >= 0
-        speeds = np.where(feasible[:, None], found[:, :4], np.nan).T
+        v_min, v_max, v_min_std, v_max_std = np.where(feasible[:, None], found[:, :4], np.nan).T
         inside = (self.altitude_ft[0] <= altitude) & (altitude <= self.altitude_ft[1])
         inside &= (self.gamma_deg.min() <= gamma) & (gamma <= self.gamma_deg.max())
-        return MapEnvelopes(*speeds, feasible, inside, found[:, 5] > 0, found[:, 4])
+        return MapEnvelopes(
+            v_min, v_max, v_min_std, v_max_std, feasible, inside, fold=found[:, 5] > 0, spare_thrust_lbf=found[:, 4]
+        )
 
     def with_tolerances(self, **values: float) -> "ThrustMap":
         """The same map with other tolerances."""

@@ -5,19 +5,18 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
 from gtm_fmu import manoeuvre, results
 from gtm_fmu.airframe import engines
 from gtm_fmu.airframe.atmosphere import DENSITY_0, atmosphere
 from gtm_fmu.core import solver
+from gtm_fmu.envelope import THROTTLE_WITHOUT_LIMIT
 from gtm_fmu.failures import WIDEST, ControlLimits
 from gtm_fmu.manoeuvre import ALTITUDE_FT, THROTTLE, V
 from gtm_fmu.thrust_map import ThrustMap
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
-THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
 FASTEST_KT = 200.0
 """Equivalent airspeed beyond every envelope: full thrust at sea level reaches 192 kt in a descent of 5 deg."""
 
@@ -74,7 +73,10 @@ def thrust_curve(control: str, altitude_ft: float, gamma_deg: float, deflection_
 
 
 def survey(
-    nodes: Nodes, control: str = "rudder", progress: Callable[[int, int], None] | None = None, workers: int | None = None
+    nodes: Nodes,
+    control: str = "rudder",
+    progress: Callable[[int, int], None] | None = None,
+    workers: int | None = None,
 ) -> ThrustMap:
     """Solve a map. A thrust that was not found, at a gap between speeds, is interpolated over the deflections.
 

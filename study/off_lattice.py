@@ -4,7 +4,7 @@ The cases follow from a seed. Their envelopes come with the package, so that any
 computes them anew.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -64,7 +64,7 @@ class OffLattice:
 
 def inputs(table: CaseTable, control: str = "rudder") -> np.ndarray:
     """Altitude, gamma and the limits of a control (n, 4) of the cases of a table."""
-    names = [column.name for axis in table.axes for column in axis.columns]
+    names = [column.name for column in table.columns]
     columns = ["altitude", "gamma", f"{control}_lower", f"{control}_upper"]
     return table.rows(0, len(table))[:, [names.index(column) for column in columns]]
 
@@ -115,7 +115,7 @@ def scores(truth: OffLattice, speeds_kt: np.ndarray, feasible: np.ndarray) -> di
 
 def _scores(
     truth: OffLattice, part: np.ndarray, speeds_kt: np.ndarray, feasible: np.ndarray, scale: np.ndarray
-) -> Mapping[str, Any]:
+) -> dict[str, Any]:
     compared = part & truth.feasible & feasible & np.isfinite(speeds_kt).all(axis=1)
     error = np.abs(speeds_kt - truth.speeds_kt)[compared]
     median, high, very_high = np.percentile(error, (50, 95, 99)).tolist()

@@ -145,8 +145,8 @@ static void widen_by(ends *e, const section *s, place at, double available)
     widen(e, n, v, thrust, available, at);
 }
 
-/* Where between two places of a cell an end of the range of speeds needs just the thrust available, if it does. */
-static void widen_by_crossing(ends *e, const section *s, long j, double from, double to, int is_fast, double available)
+/* Where between two places of a cell an end of the range of speeds needs just the thrust available: at most once. */
+static void widen_by_root(ends *e, const section *s, long j, double from, double to, int is_fast, double available)
 {
     const int starts_inside = excess(s, (place){j, from}, is_fast, available) <= 0;
     if (starts_inside == (excess(s, (place){j, to}, is_fast, available) <= 0)) return;
@@ -161,6 +161,37 @@ static void widen_by_crossing(ends *e, const section *s, long j, double from, do
     widen_by(e, s, (place){j, inside}, available);
 }
 
+/* The same where the excess is a parabola over the places: the roots to both sides of its vertex. */
+static void widen_by_parabola(ends *e, const section *s, long j, double from, double to, int is_fast, double available)
+{
+    const double first = excess(s, (place){j, from}, is_fast, available);
+    const double middle = excess(s, (place){j, 0.5 * (from + to)}, is_fast, available);
+    const double last = excess(s, (place){j, to}, is_fast, available);
+    const double share = (3 * first - 4 * middle + last) / (4 * (first - 2 * middle + last));
+    const double vertex = share > 0 && share < 1 ? from + share * (to - from) : to;
+    widen_by_root(e, s, j, from, vertex, is_fast, available);
+    if (vertex != to) widen_by_root(e, s, j, vertex, to, is_fast, available);
+}
+
+/* The same between any places of a cell. Along an end of the range of speeds the excess is a parabola between the
+   tabulated speeds of the curve that reaches further; the other one goes on straight. */
+static void widen_by_crossings(ends *e, const section *s, long j, double from, double to, int is_fast, double available)
+{
+    const curve *a = &s->curves[j], *b = a + 1;
+    const double end_a = is_fast ? a->fastest : a->slowest, end_b = is_fast ? b->fastest : b->slowest;
+    const curve *further = (end_a < end_b) == !is_fast ? a : b;
+    double reached = end_a < end_b ? from : to;
+    const double last = end_a < end_b ? to : from;
+    for (long i = 0; i < s->map->speeds && speed(s->map, further, i) < fmax(end_a, end_b); i++) {
+        const double w = (speed(s->map, further, i) - end_a) / (end_b - end_a);
+        if (from < w && w < to) {
+            widen_by_parabola(e, s, j, reached, w, is_fast, available);
+            reached = w;
+        }
+    }
+    widen_by_parabola(e, s, j, reached, last, is_fast, available);
+}
+
 /* Ends over all deflections lower .. upper. */
 static ends ends_over(const section *s, double lower, double upper, double available)
 {
@@ -172,7 +203,7 @@ static ends ends_over(const section *s, double lower, double upper, double avail
     for (double reached = lower; reached < upper; j++, from = 0) {
         reached = fmin(d[j + 1], upper);
         const double to = (reached - d[j]) / (d[j + 1] - d[j]);
-        for (int is_fast = 0; is_fast < 2; is_fast++) widen_by_crossing(&e, s, j, from, to, is_fast, available);
+        for (int is_fast = 0; is_fast < 2; is_fast++) widen_by_crossings(&e, s, j, from, to, is_fast, available);
         widen_by(&e, s, (place){j, to}, available);
     }
     return e;
