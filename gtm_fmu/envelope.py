@@ -81,7 +81,16 @@ class FlightCondition:
         self.altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
         self.gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
         self.failure = Failure.of(limits)
+        self.alpha_deg, self.phi_deg = alpha_deg, phi_deg
         self._lower, self._upper = manoeuvre.bounds(self.failure, alpha_deg, phi_deg)
+
+    def changed(
+        self, altitude_ft: float | None = None, gamma_deg: float | None = None, failure: Failure | None = None
+    ) -> "FlightCondition":
+        """The same with another altitude, flight-path angle or failure."""
+        altitude_ft = self.altitude_ft if altitude_ft is None else altitude_ft
+        gamma_deg = self.gamma_deg if gamma_deg is None else gamma_deg
+        return FlightCondition(altitude_ft, gamma_deg, failure or self.failure, self.alpha_deg, self.phi_deg)
 
     @property
     def limits(self) -> ControlLimits:

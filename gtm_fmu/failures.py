@@ -1,8 +1,9 @@
 """What a failure leaves of the aircraft: jams and restrictions of controls, lost surfaces, engines that are out."""
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -150,6 +151,15 @@ class Failure:
     def of(cls, what: "ControlLimits | Failure | None") -> "Failure":
         """The failure that limits of controls mean by themselves, or the failure that it already is."""
         return what if isinstance(what, Failure) else cls(what if what is not None else ControlLimits())
+
+    def with_limits(self, label: str, limits: Range) -> "Failure":
+        """The same with other limits of one control, by the name of their field, as ``rudder_deg``.
+
+        Raises:
+            InputError: limits as for `ControlLimits`.
+        """
+        changed: dict[str, Any] = {label: limits}
+        return replace(self, limits=replace(self.limits, **changed)) if label in WIDEST else replace(self, **changed)
 
     @property
     def airframe(self) -> Configuration | None:

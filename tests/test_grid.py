@@ -10,6 +10,7 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits
 from gtm_fmu.grid import EnvelopeGrid, envelope_grid
 from gtm_fmu.manoeuvre import Trim
+from tests import brute_force
 
 CASES = [
     (10000.0, 0.0, (0.0, 0.0)),
@@ -38,6 +39,30 @@ def test_every_cell_agrees_with_its_cold_trim(case):
     np.testing.assert_array_equal(grid.feasible, cold_feasible)
     difference = (grid.y - cold.y.reshape(grid.y.shape)) / solver.scale()
     assert np.abs(difference[grid.feasible]).max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    "name", ["jam with a notch", "hard restriction", "left engine out, elevator restricted, flaps down"]
+)
+def test_nothing_is_missed_that_brute_force_finds(name):
+    """A lean part of what `tests.brute_force` holds: of its 12 cases at 1 kn x 1 deg/s nothing was missed."""
+    condition = FlightCondition(*brute_force.CASES[name])
+    grid = envelope_grid(condition, 3.0, 2.0)
+    cells, missed, excess_rad = brute_force.missed(grid, condition, beyond=1, rudder_step_deg=1.5)
+    assert cells > 10
+    assert missed == 0
+    assert excess_rad < 1e-9  # no jam has less sideslip
+    residual, violation = brute_force.worst_residual(grid)
+    assert residual < 1e-9
+    assert violation < 1e-6
+
+
+def test_enclosed_cells_are_found_where_the_flood_from_neighbours_fails():
+    """With the elevator restricted the trims of least sideslip jump between neighbours, which leave a slit of cells."""
+    condition = FlightCondition(*brute_force.CASES["left engine out, elevator restricted, flaps down"])
+    grid = envelope_grid(condition, 1.0, 0.5)
+    inside = (grid.tas_kt[:, None] <= 80.0) & (grid.tas_kt[:, None] >= 70.0) & (np.abs(grid.turn_rate_deg_s) <= 8.5)
+    assert grid.feasible[inside].all()
 
 
 def test_stability_is_that_of_single_linear_models():

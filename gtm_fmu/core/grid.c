@@ -1,11 +1,12 @@
-/* All trims on a grid of speed and turn rate: a flood from known points, each cell solved from a neighbour's trim. */
+/* All trims on a grid of speed and turn rate: a flood from known points, each cell solved from a neighbour's trim, and
+   from cold where most of its neighbours have one but lead nowhere. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "solver.h"
 
-enum { MOST_FAILURES = 2 };
+enum { MOST_FAILURES = 2, GIVEN_UP = 255, MOST_NEIGHBOURS = 5 };
 static const double inside = 1e-9;
 
 /* Whether |beta| grows when the rudder leaves its bound: then the trim y, held there, has the least sideslip. */
@@ -66,36 +67,60 @@ static int trim_near(const gtm_problem *p, const double *lower, const double *up
 typedef struct {
     const gtm_problem *problem;
     const double *lower, *upper, *speed, *rate;
-    long rates;
+    long speeds, rates;
     unsigned char *feasible, *failures;
     double *y;
     long *queue, tail;
 } flood;
 
-/* Solve a cell from a neighbouring trim unless it is settled; a feasible one waits for its own neighbours. */
+/* A cell with a trim waits for its neighbours. */
+static void settle(flood *f, long cell, const double *trim)
+{
+    f->feasible[cell] = 1;
+    memcpy(f->y + cell * f->problem->unknowns, trim, sizeof *trim * (size_t)f->problem->unknowns);
+    f->queue[f->tail++] = cell;
+}
+
+/* Solve a cell from a neighbouring trim unless it is settled. */
 static void try_cell(flood *f, long i, long j, const double *from)
 {
     const long cell = i * f->rates + j;
-    const size_t row = sizeof *from * (size_t)f->problem->unknowns;
     double trial[GTM_FULL_NT];
     if (f->feasible[cell] || f->failures[cell] >= MOST_FAILURES) return;
-    memcpy(trial, from, row);
+    memcpy(trial, from, sizeof *from * (size_t)f->problem->unknowns);
     trial[V] = f->speed[i];
     trial[PSI_DOT] = f->rate[j];
-    if (trim_near(f->problem, f->lower, f->upper, trial)) {
-        f->failures[cell]++;
-        return;
-    }
-    f->feasible[cell] = 1;
-    memcpy(f->y + cell * f->problem->unknowns, trial, row);
-    f->queue[f->tail++] = cell;
+    if (trim_near(f->problem, f->lower, f->upper, trial)) f->failures[cell]++;
+    else settle(f, cell, trial);
+}
+
+/* Solve from cold, once, the cells that failed although most of their neighbours have a trim. */
+static void try_enclosed(flood *f)
+{
+    for (long i = 0; i < f->speeds; i++)
+        for (long j = 0; j < f->rates; j++) {
+            const long cell = i * f->rates + j;
+            if (f->feasible[cell] || f->failures[cell] < MOST_FAILURES || f->failures[cell] == GIVEN_UP) continue;
+            int neighbours = 0;
+            for (long a = i > 0 ? i - 1 : 0; a <= i + 1 && a < f->speeds; a++)
+                for (long b = j > 0 ? j - 1 : 0; b <= j + 1 && b < f->rates; b++)
+                    neighbours += f->feasible[a * f->rates + b];
+            if (neighbours < MOST_NEIGHBOURS) continue;
+            double lower[GTM_FULL_NT], upper[GTM_FULL_NT], y[GTM_FULL_NT], residual, violation;
+            memcpy(lower, f->lower, sizeof *lower * (size_t)f->problem->unknowns);
+            memcpy(upper, f->upper, sizeof *upper * (size_t)f->problem->unknowns);
+            lower[V] = upper[V] = f->speed[i];
+            lower[PSI_DOT] = upper[PSI_DOT] = f->rate[j];
+            f->failures[cell] = GIVEN_UP;
+            if (gtm_find_trim(f->problem, lower, upper, y, &residual, &violation) == GTM_TRIMMED) settle(f, cell, y);
+        }
 }
 
 long gtm_find_grid(const gtm_problem *p, const double *lower, const double *upper, long speeds, const double *speed,
                    long rates, const double *rate, long n, const double *seeds, unsigned char *feasible, double *y)
 {
     const long cells = speeds * rates;
-    flood f = {p, lower, upper, speed, rate, rates, feasible, calloc((size_t)cells, 1), y,
+    flood f = {p, lower, upper, speed, rate, speeds, rates, feasible, calloc((size_t)cells, 1), y,
                malloc(sizeof(long) * (size_t)cells), 0};
     memset(feasible, 0, (size_t)cells);
     if (!f.failures || !f.queue) {
@@ -118,6 +143,7 @@ long gtm_find_grid(const gtm_problem *p, const double *lower, const double *uppe
         for (long a = i > 0 ? i - 1 : 0; a <= i + 1 && a < speeds; a++)
             for (long b = j > 0 ? j - 1 : 0; b <= j + 1 && b < rates; b++)
                 try_cell(&f, a, b, y + f.queue[head] * p->unknowns);
+        if (head + 1 == f.tail) try_enclosed(&f);
     }
     free(f.failures), free(f.queue);
     return f.tail;
