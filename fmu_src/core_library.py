@@ -1,6 +1,7 @@
 """The compiled core in an FMU's resources. It runs in the Python of the host."""
 
 import ctypes
+from operator import mul, truediv
 from pathlib import Path
 
 from .slave import platform_folder
@@ -18,3 +19,21 @@ def load_core(resources: str, model: str) -> ctypes.CDLL:
             "build_fmu.py."
         )
     return ctypes.CDLL(str(library))
+
+
+class Buffer:
+    """An argument of the core in its units: some variables and their amounts of SI in one of the core's units."""
+
+    def __init__(self, places: slice, names: list[str], scales: list[float]):
+        """Make room for the values."""
+        self.places, self.names, self.scales = places, names, scales
+        self.memory = (ctypes.c_double * len(scales))()
+        self.address = ctypes.c_void_p(ctypes.addressof(self.memory))
+
+    def load(self, values: list[float]) -> None:
+        """Take values in SI."""
+        self.memory[:] = list(map(truediv, values, self.scales))
+
+    def read(self) -> list[float]:
+        """Give values in SI."""
+        return list(map(mul, self.memory[:], self.scales))

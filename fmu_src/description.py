@@ -20,6 +20,8 @@ BASE_UNITS: dict[str, dict[str, int]] = {
     "rad/s": {"rad": 1, "s": -1},
     "rad/s2": {"rad": 1, "s": -2},
     "s": {"s": 1},
+    "kg": {"kg": 1},
+    "kg/s": {"kg": 1, "s": -1},
     "N": {"kg": 1, "m": 1, "s": -2},
     "Pa": {"kg": 1, "m": -1, "s": -2},
 }
@@ -35,6 +37,9 @@ DISPLAY_UNITS: dict[str, tuple[str, float]] = {
     "deg": ("rad", units.RAD_PER_DEG),
     "deg/s": ("rad/s", units.RAD_PER_DEG),
     "deg/s2": ("rad/s2", units.RAD_PER_DEG),
+    "lb": ("kg", units.KG_PER_LB),
+    "lb/s": ("kg/s", units.KG_PER_LB),
+    "lb/min": ("kg/s", units.KG_PER_LB / 60),
     "lbf": ("N", units.N_PER_LBF),
     "lbf/ft2": ("Pa", units.PA_PER_PSF),
 }
@@ -116,6 +121,8 @@ class ModelDescription:
     """How to use the FMU, paragraph by paragraph."""
     limits: dict[str, tuple[str, str]] = field(default_factory=dict)
     """Parameters between which a command is held, lower and upper: known variables as well during initialization."""
+    has_free_start: bool = False
+    """Whether everything that is computed depends on all known variables during initialization."""
     constants: dict[str, float | list[float]] = field(default_factory=dict)
     """Numbers that the slave needs besides its variables."""
     implementation: Implementation = PYTHON_SLAVE
@@ -143,8 +150,10 @@ class ModelDescription:
         """Variables that are computed during initialization."""
         return [variable for variable in self.variables if variable.initial == "calculated"]
 
-    def knowns(self, unknown: Variable, is_initial: bool) -> list[str]:
-        """Names of what an unknown depends on at a communication point, or during initialization."""
+    def knowns(self, unknown: Variable, is_initial: bool) -> list[str] | None:
+        """Names of what an unknown depends on at a communication point, or during initialization; None: on all."""
+        if is_initial and self.has_free_start:
+            return None
         parameters = [name for known in unknown.depends_on for name in self.limits.get(known, ())]
         return [*unknown.depends_on, *parameters] if is_initial else list(unknown.depends_on)
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from lxml import etree
 
 from fmu_src.description import ModelDescription, Variable
-from fmu_src.xml_elements import add_head, attributes, document, root_attributes
+from fmu_src.xml_elements import add_head, attributes, document, places, root_attributes
 
 
 def write_fmi2(model: ModelDescription, guid: str, version: str) -> bytes:
@@ -75,8 +75,8 @@ def _add_structure(root: etree._Element, model: ModelDescription, index: dict[st
         parent = etree.SubElement(structure, tag)
         for variable in unknowns:
             knowns = model.knowns(variable, is_initial)
-            dependencies = " ".join(str(place) for place in sorted(index[name] for name in knowns))
-            etree.SubElement(parent, "Unknown", index=str(index[variable.name]), dependencies=dependencies)
+            given = {"index": index[variable.name], "dependencies": places(knowns, index)}
+            etree.SubElement(parent, "Unknown", attributes(given))
 
     add("Outputs", model.outputs, is_initial=False)
     add("Derivatives", model.derivatives, is_initial=False)

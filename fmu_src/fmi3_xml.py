@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from lxml import etree
 
 from fmu_src.description import ModelDescription, Variable
-from fmu_src.xml_elements import add_head, attributes, document, root_attributes
+from fmu_src.xml_elements import add_head, attributes, document, places, root_attributes
 
 
 def write_fmi3(model: ModelDescription, token: str, version: str) -> bytes:
@@ -66,8 +66,7 @@ def _add_structure(root: etree._Element, model: ModelDescription, reference: dic
     def add(tag: str, unknowns: Sequence[Variable], is_initial: bool) -> None:
         for variable in unknowns:
             knowns = model.knowns(variable, is_initial)
-            dependencies = " ".join(str(place) for place in sorted(reference[name] for name in knowns))
-            given = {"valueReference": reference[variable.name], "dependencies": dependencies}
+            given = {"valueReference": reference[variable.name], "dependencies": places(knowns, reference)}
             etree.SubElement(structure, tag, attributes(given))
 
     add("Output", model.outputs, is_initial=False)

@@ -2,11 +2,10 @@
 
 import ctypes
 from math import isfinite
-from operator import mul, truediv
 
 from pythonfmu.enums import Fmi2Status
 
-from .core_library import load_core
+from .core_library import Buffer, load_core
 from .slave import ROUNDING, TableSlave
 
 FAULTS = {
@@ -18,24 +17,6 @@ FAULTS = {
     6: "The step takes more than 1e9 parts of solver.substep.",
 }
 """``enum gtm_fault`` of gtm_core.h."""
-
-
-class Buffer:
-    """An argument of the core in its units: some variables and their amounts of SI in one of the core's units."""
-
-    def __init__(self, places: slice, names: list[str], scales: list[float]):
-        """Make room for the values."""
-        self.places, self.names, self.scales = places, names, scales
-        self.memory = (ctypes.c_double * len(scales))()
-        self.address = ctypes.c_void_p(ctypes.addressof(self.memory))
-
-    def load(self, values: list[float]) -> None:
-        """Take values in SI."""
-        self.memory[:] = list(map(truediv, values, self.scales))
-
-    def read(self) -> list[float]:
-        """Give values in SI."""
-        return list(map(mul, self.memory[:], self.scales))
 
 
 class GtmDynamics(TableSlave):

@@ -13,10 +13,12 @@ from fmu_src.documentation import PROJECT, documentation
 from fmu_src.dynamics_variables import dynamics_description
 from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.fmi3_xml import write_build_description, write_fmi3, write_terminals_and_icons
+from fmu_src.gtm_aircraft import ALL_FAULTS
 from fmu_src.icon import icon_png
 from fmu_src.native_sources import core_files, form_files, header_licence, source_files, variable_table
 from fmu_src.native_variables import DYNAMICS_FAULTS, DYNAMICS_USAGE, TOLERANCE, native_description
-from fmu_src.reference_results import reference_envelopes, reference_flight
+from fmu_src.reference_results import reference_envelopes, reference_flight, reference_simulation
+from gtm_fmu.core.simulation import memory_size
 from gtm_fmu.errors import InputError
 from surrogate.closed_form import closed_form
 
@@ -91,6 +93,7 @@ class NativeModel:
     groups: Mapping[str, tuple[Variable, ...]] = field(default_factory=dict)
     has_partial_derivatives: bool = False
     memory: int = 0
+    has_model_exchange: bool = True
 
     def contents(
         self, sibling: ModelDescription, fmi: int, reference: Callable[[ModelDescription], dict[str, bytes]]
@@ -99,7 +102,7 @@ class NativeModel:
         derivatives = f"{'' if self.has_partial_derivatives else 'no_'}partial_derivatives.c"
         sources = source_files((*SHARED, derivatives, *self.native), self.core, fmi) | dict(self.written)
         to_compile = tuple(sorted(name for name in (*sources, "variables.c") if name.endswith(".c")))
-        added = self.usage, self.groups, self.has_partial_derivatives, self.memory
+        added = self.usage, self.groups, self.has_partial_derivatives, self.memory, self.has_model_exchange
         name = sibling.name if sibling.origin else f"{sibling.name}Native{'' if fmi == 2 else fmi}"
         model = native_description(sibling, name, fmi, to_compile, *added)
         return NativeContents(model, self.faults, sources, reference(model))
@@ -162,7 +165,27 @@ def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     return native.contents(surrogate_description(speeds, throttle), fmi, reference)
 
 
-_MAKERS = {"dynamics": dynamics_contents, "envelope": envelope_contents, "surrogate": surrogate_contents}
+def aircraft_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
+    """GtmAircraftNative in FMI 2.0 or GtmAircraftNative3 in FMI 3.0."""
+    from fmu_src.aircraft_variables import aircraft_description
+
+    refuse_networks("aircraft", networks)
+    native = NativeModel(
+        faults=("", *ALL_FAULTS.values()),
+        native=("aircraft.c",),
+        core=core_files(),
+        memory=memory_size(),
+        has_model_exchange=False,
+    )
+    return native.contents(aircraft_description(), fmi, reference_simulation)
+
+
+_MAKERS = {
+    "dynamics": dynamics_contents,
+    "aircraft": aircraft_contents,
+    "envelope": envelope_contents,
+    "surrogate": surrogate_contents,
+}
 NATIVE_MODELS: dict[str, Callable[[Sequence[Path]], NativeContents]] = {
     f"{name}-native{'' if fmi == 2 else fmi}": partial(make, fmi) for name, make in _MAKERS.items() for fmi in (2, 3)
 }

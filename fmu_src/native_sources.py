@@ -87,6 +87,7 @@ def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -
             raise ValueError(f"The variables of kind {name} do not follow each other.")
         counts |= {array: min(places, default=0), f"N_{array}": len(places)}
     counts |= {"TIME_REFERENCE": kinds.index("TIME"), "N_MEMORY": model.implementation.memory}
+    counts["HAS_MODEL_EXCHANGE"] = int(model.implementation.has_model_exchange)
     references = {
         variable.name.upper().replace(".", "_"): place
         for place, (variable, found) in enumerate(zip(variables, kinds, strict=True))

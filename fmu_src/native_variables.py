@@ -48,6 +48,7 @@ def native_description(
     groups: Mapping[str, tuple[Variable, ...]],
     has_partial_derivatives: bool,
     memory: int,
+    has_model_exchange: bool,
 ) -> ModelDescription:
     """The description of the native FMU of FMI 2 or 3 with the variables of a pythonfmu one.
 
@@ -64,7 +65,7 @@ def native_description(
         implementation=Implementation(
             fmi=fmi,
             tool="gtm-fmu",
-            has_model_exchange=True,
+            has_model_exchange=has_model_exchange,
             has_partial_derivatives=has_partial_derivatives,
             memory=memory,
             sources=sources,

@@ -69,6 +69,14 @@ def dynamics_contents(networks: Sequence[Path]) -> Contents:
     return _with_core(dynamics_description(), "gtm_dynamics")
 
 
+def aircraft_contents(networks: Sequence[Path]) -> Contents:
+    """GtmAircraft."""
+    from fmu_src.aircraft_variables import aircraft_description
+
+    refuse_networks("aircraft", networks)
+    return _with_core(aircraft_description(), "gtm_dynamics", "gtm_aircraft")
+
+
 def envelope_contents(networks: Sequence[Path]) -> Contents:
     """GtmEnvelope."""
     from fmu_src.envelope_variables import envelope_description
@@ -100,6 +108,7 @@ def surrogate_contents(networks: Sequence[Path]) -> Contents:
 
 MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {
     "dynamics": dynamics_contents,
+    "aircraft": aircraft_contents,
     "envelope": envelope_contents,
     "surrogate": surrogate_contents,
 }

@@ -8,6 +8,7 @@ import numpy as np
 
 from fmu_src.description import ModelDescription
 from gtm_fmu import core
+from gtm_fmu.core.simulation import Simulation
 from gtm_fmu.envelope import envelope
 from gtm_fmu.failures import ControlLimits
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
@@ -28,13 +29,16 @@ def commands(time_s: float, trim: dict[str, float]) -> dict[str, float]:
     return values
 
 
+def _substep_s(model: ModelDescription) -> float:
+    return float(next(v.start for v in model.groups["solver"] if v.name == "solver.substep") or 0.0)
+
+
 def reference_flight(model: ModelDescription) -> dict[str, bytes]:
     """Inputs and results of the reference flight as CSV, in SI, in the folder ``extra``."""
     x, u, outputs = (model.groups[group] for group in ("states", "controls", "outputs"))
     x_scale, u_scale, y_scale = (np.array([variable.scale for variable in group]) for group in (x, u, outputs))
     trim = {variable.name: float(variable.start or 0.0) for variable in u}
     state = np.array([variable.start for variable in x]) / x_scale
-    substep_s = float(next(v.start for v in model.groups["solver"] if v.name == "solver.substep") or 0.0)
     inputs, results = [], []
     held = np.array(list(trim.values())) / u_scale
     for i in range(round(STOP_S / STEP_S) + 1):
@@ -44,8 +48,30 @@ def reference_flight(model: ModelDescription) -> dict[str, bytes]:
         given = trim | commands(time_s, trim)
         inputs.append([time_s, *given.values()])
         held = np.array(list(given.values())) / u_scale
-        state = core.advance(state, held, STEP_S, substep_s)
+        state = core.advance(state, held, STEP_S, _substep_s(model))
     return _files(["time", *trim], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
+
+
+def reference_simulation(model: ModelDescription) -> dict[str, bytes]:
+    """The same flight through servos, delays and lag; the inputs that stay at their start values are left out."""
+    x, u, outputs = (model.groups[group] for group in ("states", "controls", "outputs"))
+    start, x_scale, u_scale, y_scale = (
+        np.array(numbers, float)
+        for numbers in ([v.start for v in x], *([v.scale for v in group] for group in (x, u, outputs)))
+    )
+    trim = {variable.name: float(variable.start or 0.0) for variable in u}
+    simulation = Simulation(start / x_scale)
+    inputs, results = [], []
+    held = np.array(list(trim.values())) / u_scale
+    for i in range(round(STOP_S / STEP_S) + 1):
+        time_s = i * STEP_S
+        if i % RECORDED_EVERY == 0:
+            results.append([time_s, *(simulation.x * x_scale), *(simulation.evaluate(held)[1] * y_scale)])
+        given = commands(time_s, trim)
+        inputs.append([time_s, *given.values()])
+        held = np.array(list((trim | given).values())) / u_scale
+        simulation.advance(held, STEP_S, _substep_s(model))
+    return _files(["time", *DOUBLETS], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
 
 
 def exact_envelope(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:

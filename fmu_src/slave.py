@@ -111,6 +111,10 @@ class TableSlave(Fmi2Slave):
         """Values as truth."""
         return [value != 0 for value in self.get_real(vrs)]
 
+    def set_boolean(self, vrs, values):
+        """Take truth as 0 or 1."""
+        self.set_real(vrs, [float(value) for value in values])
+
     def do_step(self, current_time, step_size):
         """One communication step; refused (Discard) with one sentence in the log, the values being as before."""
         fault = self.refusal()

@@ -13,6 +13,11 @@ def attributes(values: dict) -> dict[str, str]:
     return {name: texts.get(type(value), str)(value) for name, value in values.items() if value is not None}
 
 
+def places(names: Sequence[str] | None, place: dict[str, int]) -> str | None:
+    """What an unknown depends on, as an attribute; without it, it depends on all."""
+    return None if names is None else " ".join(map(str, sorted(place[name] for name in names)))
+
+
 def root_attributes(model: ModelDescription, version: str) -> dict[str, str]:
     """What both standards say about a model as a whole."""
     year, month, day, hour, minute, second = BUILD_DATE

@@ -6,6 +6,7 @@ KT_PER_FT_S = 0.592487
 """Knots per foot per second, the specification's own rounding (SPEC 1)."""
 
 M_PER_FT = 0.3048
+KG_PER_LB = 0.45359237
 KG_PER_SLUG = 14.593902937
 N_PER_LBF = 4.4482216152605
 PA_PER_PSF = N_PER_LBF / M_PER_FT**2

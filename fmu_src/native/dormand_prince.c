@@ -19,7 +19,7 @@ static const double E[STAGES] = {71.0 / 57600,      0,          -71.0 / 16695, 7
                                  -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 
 /* Stages 1 to 6 of a step h from x, whose derivatives k[0] are known; x_new is the solution of order 5. */
-static int take_step(const double x[], const double u[], const double values[], double h,
+static int take_step(const double x[], const double u[], const double values[], const double memory[], double h,
                      double k[STAGES][ROOM(N_STATES)], double x_new[])
 {
     int fault = 0;
@@ -29,7 +29,7 @@ static int take_step(const double x[], const double u[], const double values[], 
             for (int j = 0; j < s; j++) slope += A[s - 1][j] * k[j][i];
             x_new[i] = x[i] + h * slope;
         }
-        fault = model_derivatives(x_new, u, values, k[s]);
+        fault = model_derivatives(x_new, u, values, memory, k[s]);
     }
     return fault;
 }
@@ -48,15 +48,15 @@ static double error_of(const double x[], const double x_new[], double h, double 
     return sqrt(squares / ROOM(N_STATES));
 }
 
-int dormand_prince(double x[], const double u[], const double values[], double duration, double tolerance,
-                   const double size[], int missed)
+int dormand_prince(double x[], const double u[], const double values[], const double memory[], double duration,
+                   double tolerance, const double size[], int missed)
 {
     double k[STAGES][ROOM(N_STATES)], x_new[ROOM(N_STATES)], time = 0, h = duration;
-    int fault = model_derivatives(x, u, values, k[0]);
+    int fault = model_derivatives(x, u, values, memory, k[0]);
     for (int n = 0; time < duration && !fault; n++) {
         if (n == MOST_STEPS || !(h > 1e-12 * duration)) return missed;
         if (h > (1 - 1e-12) * (duration - time)) h = duration - time;
-        const int stage_fault = take_step(x, u, values, h, k, x_new);
+        const int stage_fault = take_step(x, u, values, memory, h, k, x_new);
         const double error = stage_fault ? INFINITY : error_of(x, x_new, h, k, tolerance, size);
         if (error <= 1) {
             time = h == duration - time ? duration : time + h;

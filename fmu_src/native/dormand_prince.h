@@ -9,7 +9,7 @@
    mean square over the states. The first step tried is the whole duration, so that nothing need be remembered between
    calls. Returns 0, the fault that the derivatives have where no smaller step avoids it, or `missed` when the
    tolerance cannot be kept; x is then undefined. */
-int dormand_prince(double x[], const double u[], const double values[], double duration, double tolerance,
-                   const double size[], int missed);
+int dormand_prince(double x[], const double u[], const double values[], const double memory[], double duration,
+                   double tolerance, const double size[], int missed);
 
 #endif

@@ -6,9 +6,9 @@
 /* The fault after those of enum gtm_fault. */
 enum { FAULT_TOLERANCE_MISSED = GTM_BAD_STEP + 1 };
 
-int model_derivatives(const double x[], const double u[], const double values[], double dx[])
+int model_derivatives(const double x[], const double u[], const double values[], const double memory[], double dx[])
 {
-    (void)values;
+    (void)values, (void)memory;
     const int fault = gtm_state_fault(x);
     if (!fault) gtm_derivatives(x, u, dx);
     return fault;
@@ -33,11 +33,11 @@ int model_jacobian(const double x[], const double u[], const double values[], do
     return 0;
 }
 
-int model_advance(double x[], const double u[], const double values[], double duration)
+int model_advance(double x[], const double u[], const double values[], double memory[], double duration)
 {
     const double tolerance = values[SOLVER_TOLERANCE];
     if (!(tolerance > 0)) return gtm_advance(x, u, duration, values[SOLVER_SUBSTEP]);
     double size[N_STATES];
     for (int k = 0; k < N_STATES; k++) size[k] = model_variables[STATES + k].nominal / model_variables[STATES + k].scale;
-    return dormand_prince(x, u, values, duration, tolerance, size, FAULT_TOLERANCE_MISSED);
+    return dormand_prince(x, u, values, memory, duration, tolerance, size, FAULT_TOLERANCE_MISSED);
 }

@@ -66,8 +66,8 @@ Status instance_update(Instance *i, int part)
         i->is_stale[part] = false;
         i->fault[part] = -1;
         if (!instance_load(i, x, u, STALE)) return DISCARD;
-        int fault = part == RATES ? model_derivatives(x, u, i->now.values, results)
-                                  : model_outputs(x, u, i->now.values, i->memory, results);
+        int fault = part == RATES ? model_derivatives(x, u, i->now.values, i->now.memory, results)
+                                  : model_outputs(x, u, i->now.values, i->now.memory, results);
         for (int k = 0; k < n && !fault; k++) {
             values[k] = results[k] * model_variables[first + k].scale;
             if (!isfinite(values[k])) fault = FAULT_NOT_FINITE;
@@ -92,9 +92,10 @@ Status instance_step(Instance *i, double point, double duration)
     if (point + duration > i->stop_time + ROUNDING * size)
         return instance_refuse(i, "A step to %g s was asked for, but the experiment stops at %g s.", point + duration,
                                i->stop_time);
-    double x[ROOM(N_STATES)], u[ROOM(N_INPUTS)], moved[ROOM(N_STATES)];
+    double x[ROOM(N_STATES)], u[ROOM(N_INPUTS)], moved[ROOM(N_STATES)], memory[ROOM(N_MEMORY)];
     if (!instance_load(i, x, u, "The step is refused.")) return DISCARD;
-    int fault = model_advance(x, u, i->now.values, duration);
+    memcpy(memory, i->now.memory, sizeof memory);
+    int fault = model_advance(x, u, i->now.values, memory, duration);
     for (int k = 0; k < N_STATES && !fault; k++) {
         moved[k] = x[k] * model_variables[STATES + k].scale;
         if (!isfinite(moved[k])) fault = FAULT_NOT_FINITE;
@@ -108,6 +109,7 @@ Status instance_step(Instance *i, double point, double duration)
         if (status != OK) return status;
     } else {
         memcpy(i->now.values + STATES, moved, N_STATES * sizeof *moved);
+        memcpy(i->now.memory, memory, sizeof memory);
         instance_touch(i);
     }
     i->now.values[TIME_REFERENCE] = point + duration;

@@ -94,18 +94,31 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
     ALLOW(READABLE);
-    fmi2Status status = fmi2OK;
-    for (size_t k = 0; k < nvr && status < fmi2Error; k++) {
-        double number;
+    Status status = OK;
+    for (size_t k = 0; k < nvr && status < ERROR; k++) {
+        bool flag = false;
         REQUIRE(vr && value);
-        const fmi2Status one = (fmi2Status)instance_get(c, true, vr + k, 1, &number);
-        if (one < fmi2Error) value[k] = number != 0;
+        const Status one = instance_get_booleans(c, vr + k, 1, &flag);
+        if (one < ERROR) value[k] = flag;
         status = one > status ? one : status;
     }
-    return status;
+    return (fmi2Status)status;
 }
 
-/* No model has Integers or Strings, or Booleans that can be set. */
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
+{
+    ALLOW(INSTANTIATED | INITIALIZATION | INITIALIZED);
+    Status status = OK;
+    for (size_t k = 0; k < nvr && status < ERROR; k++) {
+        REQUIRE(vr && value);
+        const bool flag = value[k] != fmi2False;
+        const Status one = instance_set_booleans(c, vr + k, 1, &flag);
+        status = one > status ? one : status;
+    }
+    return (fmi2Status)status;
+}
+
+/* No model has Integers or Strings. */
 static fmi2Status none(fmi2Component c, size_t n, const char *type)
 {
     if (n == 0) return fmi2OK;
@@ -124,7 +137,6 @@ static fmi2Status none(fmi2Component c, size_t n, const char *type)
 NO_VARIABLES(Get, Integer, , READABLE)
 NO_VARIABLES(Get, String, , READABLE)
 NO_VARIABLES(Set, Integer, const, INSTANTIATED | INITIALIZATION | INITIALIZED)
-NO_VARIABLES(Set, Boolean, const, INSTANTIATED | INITIALIZATION | INITIALIZED)
 NO_VARIABLES(Set, String, const, INSTANTIATED | INITIALIZATION | INITIALIZED)
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,

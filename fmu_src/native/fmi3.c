@@ -143,18 +143,18 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
 {
     ALLOW(READABLE);
     if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
-    fmi3Status status = fmi3OK;
-    for (size_t k = 0; k < nValues && status < fmi3Error; k++) {
-        double number;
-        REQUIRE(valueReferences && values);
-        const fmi3Status one = (fmi3Status)instance_get(instance, true, valueReferences + k, 1, &number);
-        if (one < fmi3Error) values[k] = number != 0;
-        status = one > status ? one : status;
-    }
-    return status;
+    DONE(instance_get_booleans(instance, valueReferences, nValueReferences, values));
 }
 
-/* No model has variables of other types, or Booleans that can be set. */
+fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          const fmi3Boolean values[], size_t nValues)
+{
+    ALLOW(SETTABLE);
+    if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
+    DONE(instance_set_booleans(instance, valueReferences, nValueReferences, values));
+}
+
+/* No model has variables of other types. */
 static fmi3Status none(fmi3Instance instance, size_t n, const char *what)
 {
     if (n == 0) return fmi3OK;
@@ -184,7 +184,6 @@ NO_TYPE(UInt32)
 NO_TYPE(Int64)
 NO_TYPE(UInt64)
 NO_TYPE(String)
-NO_VARIABLES(Set, Boolean, const, SETTABLE)
 
 /* Functions of what no model has: binary variables, clocks, output derivatives. */
 #define NOTHING(name, what, modes, ...)                                                                              \

@@ -1,6 +1,7 @@
 /* States of an FMU: copies of what an instance holds, and their bytes. */
 #include "internal.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,10 +32,10 @@ Status instance_free_saved(const Instance *i, void **saved)
     return OK;
 }
 
-/* Token, mode, kind, values, refusals, holds; nothing between them. */
+/* Token, mode, kind, refusals, holds, values, memory; nothing between them. */
 enum { TOKEN_SIZE = sizeof MODEL_TOKEN, FLAGS = 2 + N_VARIABLES + N_INPUTS };
 
-size_t instance_serialized_size(void) { return TOKEN_SIZE + FLAGS + N_VARIABLES * sizeof(double); }
+size_t instance_serialized_size(void) { return TOKEN_SIZE + FLAGS + (N_VARIABLES + N_MEMORY) * sizeof(double); }
 
 Status instance_serialize(const Instance *i, const void *state, void *bytes, size_t size)
 {
@@ -50,6 +51,7 @@ Status instance_serialize(const Instance *i, const void *state, void *bytes, siz
     memcpy(out, MODEL_TOKEN, TOKEN_SIZE);
     memcpy(out + TOKEN_SIZE, flags, FLAGS);
     memcpy(out + TOKEN_SIZE + FLAGS, saved->values, sizeof saved->values);
+    memcpy(out + TOKEN_SIZE + FLAGS + sizeof saved->values, saved->memory, N_MEMORY * sizeof(double));
     return OK;
 }
 
@@ -61,6 +63,8 @@ static bool is_sound(const Saved *saved, const unsigned char flags[])
         if (flags[k] > 1) return false;
     for (int v = 0; v < N_VARIABLES; v++)
         if (!instance_is_allowed(model_variables + v, saved->values[v])) return false;
+    for (int k = 0; k < N_MEMORY; k++)
+        if (!isfinite(saved->memory[k])) return false;
     const int mode = flags[0];
     return mode && !(mode & (mode - 1)) && mode & (INSTANTIATED | INITIALIZATION | TERMINATED | own);
 }
@@ -77,6 +81,7 @@ Status instance_deserialize(const Instance *i, const void *bytes, size_t size, v
     for (int v = 0; v < N_VARIABLES; v++) saved.is_refused[v] = flags[2 + v] != 0;
     for (int k = 0; k < N_INPUTS; k++) saved.is_held[k] = flags[2 + N_VARIABLES + k] != 0;
     memcpy(saved.values, flags + FLAGS, sizeof saved.values);
+    memcpy(saved.memory, flags + FLAGS + sizeof saved.values, N_MEMORY * sizeof(double));
     if (!is_sound(&saved, flags)) return instance_refuse(i, "The bytes are damaged and no state of this FMU.");
     if (!*state) *state = malloc(sizeof saved);
     if (!*state) return instance_refuse(i, "There is no memory for an FMU state.");

@@ -70,7 +70,8 @@ Instance *instance_create(const char *name, const char *token, bool is_model_exc
     else if (!is_ours)
         instance_refuse(i, "The token %.80s is not that of this FMU, %s: read modelDescription.xml again.",
                         token ? token : "(null)", MODEL_TOKEN);
-    if (is_named && is_ours) return i;
+    else if (is_model_exchange && !HAS_MODEL_EXCHANGE) instance_refuse(i, "The FMU has no model exchange.");
+    else return i;
     instance_free(i);
     return NULL;
 }
@@ -93,6 +94,7 @@ Status instance_reset(Instance *i)
     for (int v = 0; v < N_VARIABLES; v++) i->now.values[v] = model_variables[v].start;
     memset(i->now.is_refused, 0, sizeof i->now.is_refused);
     memset(i->now.is_held, 0, sizeof i->now.is_held);
+    memset(i->now.memory, 0, sizeof i->now.memory);
     i->stop_time = INFINITY;
     instance_touch(i);
     return OK;

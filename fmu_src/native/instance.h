@@ -31,6 +31,7 @@ typedef struct {
     double values[N_VARIABLES];                /* SI, by value reference */
     bool is_refused[N_VARIABLES];              /* the last value given */
     bool is_held[ROOM(N_INPUTS)];              /* inside its limits, and logged */
+    double memory[ROOM(N_MEMORY)];             /* the model's */
 } Saved;
 
 typedef struct Instance Instance;
@@ -43,7 +44,6 @@ struct Instance {
     bool is_slope_stale;
     int fault[2];                              /* of derivatives and outputs, when not stale */
     double jacobian[ROOM(N_UNKNOWNS * N_KNOWNS)];
-    double memory[ROOM(N_MEMORY)];
     unsigned logged;                           /* bit by category */
     Logger *logger;
     void (*callback)(void);                    /* the importer's, of the type that the wrapper knows */
@@ -67,6 +67,8 @@ Status instance_initialize(Instance *);
 
 Status instance_get(Instance *, bool is_boolean, const unsigned references[], size_t n, double values[]);
 Status instance_set(Instance *, bool is_boolean, const unsigned references[], size_t n, const double values[]);
+Status instance_get_booleans(Instance *, const unsigned references[], size_t n, bool values[]);
+Status instance_set_booleans(Instance *, const unsigned references[], size_t n, const bool values[]);
 
 /* Derivatives (or, transposed, adjoint derivatives) of unknowns with respect to knowns, in SI. */
 Status instance_differentiate(Instance *, const unsigned unknowns[], size_t n_unknowns, const unsigned knowns[],

@@ -3,7 +3,7 @@
    Each FMU is compiled from the wrapper of its FMI version (fmi2.c or fmi3.c), what the wrappers share (instance.h), one
    model, and its table of variables: variables.h and variables.c are written from the model description when the FMU is
    built. A model works in its own units, those of SI divided by the variables' scales, and keeps nothing between calls but
-   what it would compute again. */
+   its memory. */
 #ifndef MODEL_H
 #define MODEL_H
 
@@ -33,18 +33,19 @@ enum { FAULT_NOT_FINITE = 1 };
 extern const char *const model_faults[N_FAULTS];
 
 /* Each function returns 0 or a fault, and leaves its results undefined then. `values` are all variables in SI, where
-   a model finds its parameters. */
+   a model finds its parameters. `memory` holds N_MEMORY numbers of the instance, all zero at first and saved with its
+   state: what the model remembers of its past, or results that it may find again. */
 
 /* dx[N_STATES] at x[N_STATES], u[N_INPUTS]. */
-int model_derivatives(const double x[], const double u[], const double values[], double dx[]);
+int model_derivatives(const double x[], const double u[], const double values[], const double memory[], double dx[]);
 
-/* y[N_OUTPUTS]. `memory` holds N_MEMORY numbers of the instance, all zero at first: results that a model may find again. */
+/* y[N_OUTPUTS]. */
 int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[]);
 
 /* jacobian[N_UNKNOWNS * N_KNOWNS], row by row; not asked for when no partial derivatives are declared. */
 int model_jacobian(const double x[], const double u[], const double values[], double jacobian[]);
 
 /* Move x on by `duration` in s with constant u. */
-int model_advance(double x[], const double u[], const double values[], double duration);
+int model_advance(double x[], const double u[], const double values[], double memory[], double duration);
 
 #endif

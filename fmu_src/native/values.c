@@ -80,6 +80,29 @@ Status instance_set(Instance *i, bool is_boolean, const unsigned references[], s
     return status;
 }
 
+Status instance_get_booleans(Instance *i, const unsigned references[], size_t n, bool values[])
+{
+    if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values)) return ERROR;
+    Status status = OK;
+    for (size_t k = 0; k < n && status < ERROR; k++) {
+        double number;
+        status = worse(status, instance_get(i, true, references + k, 1, &number));
+        if (status < ERROR) values[k] = number != 0;
+    }
+    return status;
+}
+
+Status instance_set_booleans(Instance *i, const unsigned references[], size_t n, const bool values[])
+{
+    if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values)) return ERROR;
+    Status status = OK;
+    for (size_t k = 0; k < n && status < ERROR; k++) {
+        const double number = values[k];
+        status = worse(status, instance_set(i, true, references + k, 1, &number));
+    }
+    return status;
+}
+
 static bool is_count_wrong(const Instance *i, size_t n)
 {
     if (n != N_STATES) instance_refuse(i, "%zu continuous states were asked for, the FMU has %d.", n, N_STATES);

@@ -57,7 +57,8 @@ typedef struct {
 enum gtm_simulation_fault {
     GTM_BAD_LIMITS = 7,          /* a lower limit above the upper one */
     GTM_BAD_SETTING = 8,         /* outside airframe/configuration.py, or a delay that is not 0 .. 1 s */
-    GTM_TOO_MANY_COMMANDS = 9    /* more than GTM_RECORDS changes of commands within the delays */
+    GTM_TOO_MANY_COMMANDS = 9,   /* more than GTM_RECORDS changes of commands within the delays */
+    GTM_BAD_MEMORY = 10          /* not what these functions have left */
 };
 
 GTM_API long gtm_simulation_memory_size(void); /* in doubles */

@@ -209,8 +209,10 @@ static int take_part(gtm_simulation_memory *m, const gtm_simulation_inputs *u, c
 
 /* ---- Steps ---- */
 
-static int settings_fault(const gtm_simulation_settings *p)
+static int argument_fault(const gtm_simulation_settings *p, const gtm_simulation_memory *m)
 {
+    if (m->is_begun && !(m->records >= 1 && m->records <= GTM_RECORDS && m->records == floor(m->records)))
+        return GTM_BAD_MEMORY;
     for (int i = 0; i < GTM_NU; i++)
         if (!(p->limits[i][0] <= p->limits[i][1])) return GTM_BAD_LIMITS;
     const double delay[2] = {p->command_delay, p->surface_delay};
@@ -240,7 +242,7 @@ int gtm_simulation_advance(double x[NX], const gtm_simulation_inputs *u, const g
                            gtm_simulation_memory *memory, double duration, double substep)
 {
     if (!(substep > 0 && duration >= 0 && duration / substep < 1e9)) return GTM_BAD_STEP;
-    int fault = settings_fault(p);
+    int fault = argument_fault(p, memory);
     if (fault) return fault;
     const double least = 1e-9 * substep;
     double moved[NX];
@@ -267,7 +269,7 @@ int gtm_simulation_advance(double x[NX], const gtm_simulation_inputs *u, const g
 int gtm_simulation_evaluate(const double x[NX], const gtm_simulation_inputs *u, const gtm_simulation_settings *p,
                             const gtm_simulation_memory *memory, double dx[NX], gtm_simulation_outputs *y)
 {
-    int fault = settings_fault(p);
+    int fault = argument_fault(p, memory);
     if (fault) return fault;
     gtm_simulation_memory settled = {0};
     if (!memory->is_begun) settle(&settled, u, p);

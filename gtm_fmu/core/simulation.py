@@ -31,6 +31,7 @@ FAULTS = {
     7: "The limits of a control are reversed",
     8: "A setting, command, wind or the fuel used is outside its range",
     9: "The commands changed too often within the delays: take longer steps",
+    10: "The memory of the actuators is damaged",
 }
 """``enum gtm_fault`` and ``enum gtm_simulation_fault``."""
 
@@ -44,6 +45,13 @@ DEFAULTS: dict[str, float] = {
     **{"command_delay": 0.005, "surface_delay": 0.010, "has_fuel_burn": 0},
 }
 """Values of the settings: no failure, actuators as built."""
+
+
+def memory_size() -> int:
+    """How many numbers a flight remembers besides its state."""
+    size = library().gtm_simulation_memory_size
+    size.restype = ctypes.c_long
+    return size()
 
 
 class Simulation:
@@ -62,9 +70,7 @@ class Simulation:
         if unknown:
             raise InputError(f"There is no setting '{min(unknown)}': choose of {', '.join(DEFAULTS)}.")
         self.settings = {**DEFAULTS, **(settings or {})}
-        size = library().gtm_simulation_memory_size
-        size.restype = ctypes.c_long
-        self._memory = np.zeros(size())
+        self._memory = np.zeros(memory_size())
 
     def _arguments(self, u) -> list[np.ndarray]:
         inputs = np.zeros(NU)

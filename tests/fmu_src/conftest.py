@@ -24,6 +24,16 @@ def native_fmus(tmp_path_factory) -> dict[int, Path]:
     return {2: build("dynamics-native", folder), 3: build("dynamics-native3", folder)}
 
 
+AIRCRAFT = ("aircraft", "aircraft-native", "aircraft-native3")
+
+
+@pytest.fixture(scope="session")
+def aircraft_fmus(tmp_path_factory) -> dict[str, Path]:
+    """GtmAircraft and the native ones by their short names."""
+    folder = tmp_path_factory.mktemp("aircraft")
+    return {name: build(name, folder) for name in AIRCRAFT}
+
+
 @pytest.fixture(scope="session")
 def native_folders(native_fmus, tmp_path_factory) -> dict[int, Path]:
     """The same, unpacked."""

@@ -30,7 +30,8 @@ class Session:
         here = [path for path in binaries if path.parent.name in (fmpy.platform, fmpy.platform_tuple)]
         self.library = ctypes.CDLL(str(here[0]))
         self.names = {variable.name: variable.valueReference for variable in self.description.modelVariables}
-        self.starts = {v.name: float(v.start) for v in self.description.modelVariables if v.start is not None}
+        numbers = [v for v in self.description.modelVariables if v.start is not None and v.type != "Boolean"]
+        self.starts = {variable.name: float(variable.start) for variable in numbers}
         self.messages: list[tuple[int, str, str]] = []
         given = self.description.guid if token is None else token
         self.component = c_void_p(self.instantiate(kind, given.encode(), name, is_logging))
