@@ -9,7 +9,8 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -80,8 +81,13 @@ def host_binary(name: str, sources: dict[str, bytes]) -> dict[Platform, bytes]:
         ) from None
 
 
-def all_binaries(name: str, sources: dict[str, bytes], fmi: int) -> dict[Platform, bytes]:
+def all_binaries(
+    name: str, sources: dict[str, bytes], fmi: int, progress: Callable[[int, int], None] | None = None
+) -> dict[Platform, bytes]:
     """The shared libraries for all `PLATFORMS`, by Zig; one that fails is left out, and the log says why.
+
+    Args:
+        progress: called with the number of platforms that are finished and of all.
 
     Raises:
         InputError: Zig is not installed, or no platform could be built.
@@ -89,7 +95,9 @@ def all_binaries(name: str, sources: dict[str, bytes], fmi: int) -> dict[Platfor
     if find_spec("ziglang") is None:
         raise InputError("Building for all platforms needs Zig: install the extra `gtm-fmu[cross]`.")
     binaries, reason = {}, ""
-    for platform in PLATFORMS:
+    for done, platform in enumerate(PLATFORMS):
+        if progress:
+            progress(done, len(PLATFORMS))
         if platform.folder(fmi) is None:
             log.warning("%s is left out: FMI %d.0 has no name for it.", platform.target, fmi)
             continue
@@ -105,32 +113,31 @@ def all_binaries(name: str, sources: dict[str, bytes], fmi: int) -> dict[Platfor
 
 
 def _compile(command: Sequence[str], platform: Platform, name: str, sources: dict[str, bytes]) -> bytes:
-    """One shared library; compiled with relative paths, so that nothing of this machine gets into it.
-
-    Objects are kept in this process: FMUs of the same model or core share them.
-    """
-    keys = {
-        path: (*command, *platform.flags, path, digest(_with_includes(path, sources)))
-        for path in sorted(sources)
-        if path.endswith(".c")
-    }
+    """One shared library; compiled with relative paths, so that nothing of this machine gets into it."""
+    paths = sorted(path for path in sources if path.endswith(".c"))
     with tempfile.TemporaryDirectory(prefix="gtm_fmu_") as folder:
-        missing = [path for path, key in keys.items() if key not in _OBJECTS]
         for path, content in sources.items():
             Path(folder, path).parent.mkdir(parents=True, exist_ok=True)
             Path(folder, path).write_bytes(content)
-        if missing:
-            _run([*command, *FLAGS, *platform.flags, "-I.", "-c", *missing], folder)
-        objects = {path: Path(path).with_suffix(".o").name for path in keys}
-        for path in missing:
-            _OBJECTS[keys[path]] = Path(folder, objects[path]).read_bytes()
-        for path, compiled in objects.items():
-            Path(folder, compiled).write_bytes(_OBJECTS[keys[path]])
+        compiler = [*command, *FLAGS, *platform.flags]
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            objects = list(pool.map(lambda path: _object(compiler, path, sources, folder), paths))
         library = f"{name}{platform.suffix}"
         math = [] if platform.suffix == ".dll" else ["-lm"]
-        linked = [*FLAGS, *platform.flags, *platform.link_flags, "-shared", "-o", library, *objects.values(), *math]
-        _run([*command, *linked], folder)
+        _run([*compiler, *platform.link_flags, "-shared", "-o", library, *objects, *math], folder)
         return Path(folder, library).read_bytes()
+
+
+def _object(compiler: Sequence[str], path: str, sources: dict[str, bytes], folder: str) -> str:
+    """The compiled file in the folder; kept in this process, since FMUs of the same model or core share most files."""
+    name = Path(path).with_suffix(".o").name
+    key = (*compiler, digest(_with_includes(path, sources)))
+    if key in _OBJECTS:
+        Path(folder, name).write_bytes(_OBJECTS[key])
+    else:
+        _run([*compiler, "-I.", "-c", path, "-o", name], folder)
+        _OBJECTS[key] = Path(folder, name).read_bytes()
+    return name
 
 
 _OBJECTS: dict[tuple[str, ...], bytes] = {}

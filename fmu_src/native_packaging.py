@@ -52,10 +52,10 @@ class NativeContents:
         """The C files with the table of variables."""
         return self.sources | variable_table(self.model, self.faults, self.token())
 
-    def members(self, all_platforms: bool) -> dict[str, bytes]:
+    def members(self, all_platforms: bool, progress: Callable[[int, int], None] | None = None) -> dict[str, bytes]:
         """Files of the FMU by their paths."""
         model, fmi, sources = self.model, self.model.implementation.fmi, self.all_sources()
-        built = all_binaries(model.name, sources, fmi) if all_platforms else host_binary(model.name, sources)
+        built = all_binaries(model.name, sources, fmi, progress) if all_platforms else host_binary(model.name, sources)
         members = {f"sources/{path}": content for path, content in sources.items()} | self.extra
         members |= {_binary_path(platform, model.name, fmi): content for platform, content in built.items()}
         platforms = [platform.folder(fmi) or "" for platform in built]

@@ -116,7 +116,11 @@ MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {
 
 
 def build(
-    name: str, destination: str | Path = ".", networks: Sequence[str | Path] = (), all_platforms: bool = False
+    name: str,
+    destination: str | Path = ".",
+    networks: Sequence[str | Path] = (),
+    all_platforms: bool = False,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Build an FMU into a folder; equal sources give equal bytes.
 
@@ -125,6 +129,7 @@ def build(
         destination: folder of the FMU; made when missing.
         networks: files of the trained networks that the FMU carries, where it uses any.
         all_platforms: for a native FMU, binaries for all platforms by Zig, not only for this one.
+        progress: called with the number of platforms that are finished and of all.
 
     Returns:
         Path of the FMU, named after its model.
@@ -136,7 +141,7 @@ def build(
     given = [Path(network) for network in networks]
     if name in NATIVE_MODELS:
         native = NATIVE_MODELS[name](given)
-        return write_archive(Path(destination, f"{native.model.name}.fmu"), native.members(all_platforms))
+        return write_archive(Path(destination, f"{native.model.name}.fmu"), native.members(all_platforms, progress))
     if name not in MODELS:
         raise InputError(f"No FMU is called '{name}': choose one of {', '.join((*MODELS, *NATIVE_MODELS))}.")
     if all_platforms:

@@ -226,11 +226,17 @@ def build(
     exchange too: dynamics-native, envelope-native, surrogate-native, and each with a 3 at the end.
     """
     from study.fmus import MODELS, build_fmu
+    from study.progress import stages
 
     names = names or list(MODELS)
     if model is not None and not any(name.startswith("surrogate") for name in names):
         raise InputError(f"--model {model} is for the surrogate FMU, which is not built; leave it out.")
-    paths = [str(build_fmu(name, output, model, all_platforms)) for name in names]
+    paths = []
+    is_shown = all_platforms or sys.stderr.isatty()
+    with stages(Console(stderr=True, quiet=not is_shown)) as stage:
+        for name in names:
+            with stage(f"Build {name}") as advance:
+                paths.append(str(build_fmu(name, output, model, all_platforms, advance)))
     show({"fmus": paths}, as_json, "Built")
 
 

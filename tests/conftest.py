@@ -46,3 +46,18 @@ def database_tables(shared_folder: Path) -> dict[str, SimpleNamespace]:
     panels = ("flaplob", "flaplib", "flaprib", "flaprob")
     flaps = np.array([database["flaps"][panel] for panel in panels])
     return {**tables, "flaps": SimpleNamespace(axes=(panels,), values=flaps)}
+
+
+def pytest_terminal_summary(terminalreporter) -> None:
+    """Print the table of FMUs and importers, where its tests have run."""
+    reports = [
+        report for found in terminalreporter.stats.values() for report in found if hasattr(report, "user_properties")
+    ]
+    cells = {
+        tuple(value[:2]): value[2] for report in reports for name, value in report.user_properties if name == "cell"
+    }
+    if cells:
+        from tests.fmu_src.importer_matrix import CASES, table
+
+        terminalreporter.section("FMUs in importers")
+        terminalreporter.write_line(table(cells, CASES))

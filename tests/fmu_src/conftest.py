@@ -95,6 +95,13 @@ def surrogate_fmu(networks, tmp_path_factory) -> Path:
     return build("surrogate", tmp_path_factory.mktemp("fmu"), networks[2])
 
 
+@pytest.fixture(scope="session")
+def native_surrogates(networks, tmp_path_factory) -> dict[int, Path]:
+    """The native surrogate FMUs by their FMI version."""
+    folder = tmp_path_factory.mktemp("surrogate")
+    return {fmi: build(f"surrogate-native{'' if fmi == 2 else 3}", folder, networks[2]) for fmi in (2, 3)}
+
+
 @pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
 def fmi(request) -> int:
     """The FMI version of a native FMU."""

@@ -1,4 +1,4 @@
-"""Every FMU in every importer: the same flight or case, each in a process of its own, printed as a table.
+"""Every FMU in every importer: the same flight or case in each, as a table.
 
 python -m tests.fmu_src.importer_matrix
 """
@@ -8,24 +8,28 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
 import fmpy
 import numpy as np
+from fmpy.validation import validate_fmu
+from lxml import etree
 
 from gtm_fmu.client import FmuClient
 
 STEP_S, STEPS = 0.02, 100
 FLIGHT = ("control.elevator", 0.08, ("state.u", "state.w", "state.q", "state.altitude", "path.gamma"))
-CASES = {
-    "dynamics": FLIGHT,
-    "dynamics-native": FLIGHT,
-    "dynamics-native3": FLIGHT,
-    "surrogate": ("gamma", 0.05, ("v_min", "v_max", "v_min_std", "margin.fast")),
-}
+LIMITS = ("gamma", 0.05, ("v_min", "v_max", "margin.slow", "margin.fast"))
+SIBLINGS = {"dynamics": FLIGHT, "aircraft": FLIGHT, "envelope": LIMITS, "surrogate": LIMITS}
+CASES = {f"{name}{made}": case for name, case in SIBLINGS.items() for made in ("", "-native", "-native3")}
 """Input and its value from the start, outputs after `STEPS` steps, by the FMU's short name."""
+
+SELF_FAULT = "its own fault"
+NOTE = f"{SELF_FAULT}: the tool is ended by a signal also when the FMU has no binary that it could have called"
 
 # Programs find `path`, `name`, `value`, `outputs`, `references`, and leave `values`.
 FMPY = f"""
@@ -64,17 +68,30 @@ import casadi as ca
 import numpy as np
 
 model = ca.DaeBuilder("gtm", path)
-rates, results = model.create("rates", ["x", "u"], ["ode"]), model.create("results", ["x", "u"], ["y"])
+model.set_y(list(outputs))
 x, u = np.array(model.start(model.x())), np.array(model.start(model.u()))
 u[model.u().index(name)] = value
-f, h = lambda x: rates(x, u).full()[:, 0], 0.005
-for _ in range(round({STEP_S * STEPS} / h)):
-    k1 = f(x)
-    k2 = f(x + h / 2 * k1)
-    k3 = f(x + h / 2 * k2)
-    x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(x + h * k3))
-y = results(x, u).full()[:, 0]
-values = [float(y[model.y().index(output)]) for output in outputs]
+if len(x):
+    rates, h = model.create("rates", ["x", "u"], ["ode"]), 0.005
+    f = lambda x: rates(x, u).full()[:, 0]
+    for _ in range(round({STEP_S * STEPS} / h)):
+        k1 = f(x)
+        k2 = f(x + h / 2 * k1)
+        k3 = f(x + h / 2 * k2)
+        x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(x + h * k3))
+values = model.create("results", ["x", "u"], ["y"])(x, u).full()[:, 0].tolist()
+"""
+SCRIPT = """
+import json, sys, traceback
+for given in json.loads(sys.argv[1]):
+    globals().update(given)
+    try:
+        exec(program)
+        found = {"values": values}
+    except Exception as error:
+        found = {"error": " ".join(str(error).split()) or type(error).__name__}
+    with open("found.jsonl", "a") as file:
+        print(json.dumps(found), file=file)
 """
 
 
@@ -95,6 +112,21 @@ TOOLS = {
     "libcosimpy": Tool("libcosimpy", COSIM),
     "CasADi": Tool("casadi", CASADI, "ModelExchange", 1e-10),
 }
+CHECKS = ("schema", "FMPy validate")
+COLUMNS = (*CHECKS, *TOOLS)
+
+
+def check(column: str, path: Path) -> str:
+    """``yes``, or the first problem that the schema of the standard or FMPy's validation has."""
+    if column == "FMPy validate":
+        problems = validate_fmu(str(path))
+    else:
+        with zipfile.ZipFile(path) as archive:
+            document = etree.fromstring(archive.read("modelDescription.xml"))
+        fmi = document.get("fmiVersion", "")[0]
+        schema = etree.XMLSchema(file=str(files("fmpy") / "schema" / f"fmi{fmi}" / f"fmi{fmi}ModelDescription.xsd"))
+        problems = [] if schema.validate(document) else [str(schema.error_log.last_error)]
+    return problems[0] if problems else "yes"
 
 
 def is_offered(tool: str, path: Path) -> bool:
@@ -104,22 +136,31 @@ def is_offered(tool: str, path: Path) -> bool:
     return interfaces[TOOLS[tool].kind] is not None
 
 
-def run(tool: str, path: Path, case: tuple) -> tuple[list[float] | None, str, int]:
-    """Values, what the tool printed and its exit code (negative: the signal that ended it)."""
+def _given(tool: str, path: Path, case: tuple) -> dict:
     name, value, outputs = case
     variables = fmpy.read_model_description(path, validate=False).modelVariables
     references = {variable.name: variable.valueReference for variable in variables}
-    given = {"path": str(path), "name": name, "value": value, "outputs": outputs, "kind": TOOLS[tool].kind}
-    given["references"] = {variable: references[variable] for variable in (*outputs, name)}
-    with tempfile.TemporaryDirectory() as folder:
-        script, result = Path(folder, "importer.py"), Path(folder, "result.json")
-        script.write_text(
-            f"import json\nglobals().update({given!r})\n{TOOLS[tool].program}\n"
-            f"json.dump(values, open({str(result)!r}, 'w'))\n"
-        )
-        ended = subprocess.run([sys.executable, script], capture_output=True, text=True, cwd=folder)
-        values = json.loads(result.read_text()) if result.exists() and ended.returncode == 0 else None
-        return values, ended.stdout + ended.stderr, ended.returncode
+    asked = {variable: references[variable] for variable in (*outputs, name)}
+    given = {"path": str(path), "name": name, "value": value, "outputs": outputs, "references": asked}
+    return given | {"program": TOOLS[tool].program, "kind": TOOLS[tool].kind}
+
+
+def run(tool: str, jobs: list[tuple[Path, tuple]]) -> list[dict]:
+    """What a tool finds for FMUs with their cases, one after the other in one process.
+
+    Each has ``values``, or an ``error``, or the ``signal`` that ended the process; then a new one takes the rest.
+    """
+    found: list[dict] = []
+    while len(found) < len(jobs):
+        given = json.dumps([_given(tool, path, case) for path, case in jobs[len(found) :]])
+        with tempfile.TemporaryDirectory() as folder:
+            command = [sys.executable, "-c", SCRIPT, given]
+            ended = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+            lines = Path(folder, "found.jsonl")
+            found += [json.loads(line) for line in lines.read_text().splitlines()] if lines.exists() else []
+        if len(found) < len(jobs):
+            found.append({"signal": -ended.returncode, "error": ended.stderr.strip()[-300:]})
+    return found
 
 
 def crashes_without_binary(tool: str, path: Path, case: tuple) -> bool:
@@ -130,7 +171,7 @@ def crashes_without_binary(tool: str, path: Path, case: tuple) -> bool:
             for name in archive.namelist():
                 if not name.startswith("binaries/"):
                     copy.writestr(name, archive.read(name))
-        return run(tool, bare, case)[2] < 0
+        return run(tool, [(bare, case)])[0].get("signal", 0) > 0
 
 
 def expected_values(path: Path, case: tuple) -> np.ndarray:
@@ -143,22 +184,39 @@ def expected_values(path: Path, case: tuple) -> np.ndarray:
         return fmu.get(outputs)
 
 
-def verdict(tool: str, path: Path, case: tuple, expected: np.ndarray, tolerance: float | None = None) -> str:
-    """``yes``, or in a few words why not; the tolerance is the tool's own unless another is given."""
+def expected_by_siblings(paths: Mapping[str, Path]) -> dict[str, np.ndarray]:
+    """What the FMU in Python of the same model gives, by the FMUs' short names."""
+    siblings = {name: expected_values(paths[name], case) for name, case in SIBLINGS.items()}
+    return {name: siblings[name.partition("-")[0]] for name in CASES}
+
+
+def verdicts(tool: str, paths: Mapping[str, Path], expected: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """``yes``, or in a few words why not, by the FMUs' short names."""
     if find_spec(TOOLS[tool].package) is None:
-        return "not installed"
-    if not is_offered(tool, path):
-        return "no model exchange"
-    values, printed, code = run(tool, path, case)
-    if values is not None:
-        tolerance = tolerance or TOOLS[tool].tolerance
-        is_equal = np.allclose(values, expected, rtol=tolerance, atol=tolerance)
-        return "yes" if is_equal else f"other values: {values}"
-    if "libtbb" in printed:
-        return "needs libtbb12"
-    if code < 0 and crashes_without_binary(tool, path, case):
-        return "its own fault"
-    return f"fails: {printed.strip().splitlines()[-1] if printed.strip() else code}"
+        return dict.fromkeys(paths, "not installed")
+    offered = [name for name, path in paths.items() if is_offered(tool, path)]
+    results = dict.fromkeys(paths, "no model exchange")
+    for name, found in zip(offered, run(tool, [(paths[name], CASES[name]) for name in offered]), strict=True):
+        if "values" in found:
+            is_equal = np.allclose(
+                found["values"], expected[name], rtol=TOOLS[tool].tolerance, atol=TOOLS[tool].tolerance
+            )
+            results[name] = "yes" if is_equal else f"other values: {found['values']}"
+        elif "libtbb" in found["error"]:
+            results[name] = "needs libtbb12"
+        elif found.get("signal", 0) > 0 and crashes_without_binary(tool, paths[name], CASES[name]):
+            results[name] = SELF_FAULT
+        else:
+            results[name] = f"fails: {found['error']}"
+    return results
+
+
+def table(cells: Mapping[tuple[str, str], str], models: Iterable[str]) -> str:
+    """The verdicts by column and FMU, as text."""
+    rows = [["", *COLUMNS], *([model, *(cells.get((column, model), "") for column in COLUMNS)] for model in models)]
+    widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([*lines, NOTE])
 
 
 def main() -> None:
@@ -167,15 +225,11 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         paths = {name: build_fmu(name, folder) for name in CASES}
-        expected = {name: expected_values(paths[name], CASES[name]) for name in ("dynamics", "surrogate")}
-        rows = [["", *TOOLS]]
-        for name, path in paths.items():
-            reference = expected["surrogate" if name == "surrogate" else "dynamics"]
-            rows.append([path.name, *(verdict(tool, path, CASES[name], reference) for tool in TOOLS)])
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    for row in rows:
-        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
-    print("its own fault: the tool is ended by a signal also when the FMU has no binary that it could have called")
+        expected = expected_by_siblings(paths)
+        cells = {(column, name): check(column, path) for column in CHECKS for name, path in paths.items()}
+        for tool in TOOLS:
+            cells |= {(tool, name): verdict for name, verdict in verdicts(tool, paths, expected).items()}
+    print(table(cells, CASES))
 
 
 if __name__ == "__main__":

@@ -1,48 +1,58 @@
 """Other importers load the FMUs, run them and get what FMPy gets: 2 s after a step of one input."""
 
+from functools import cache
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from fmu_src.dynamics_variables import dynamics_description
 from gtm_fmu import core
-from tests.fmu_src.importer_matrix import CASES, TOOLS, expected_values, verdict
+from tests.fmu_src.importer_matrix import (
+    CASES,
+    CHECKS,
+    COLUMNS,
+    SELF_FAULT,
+    SIBLINGS,
+    check,
+    expected_by_siblings,
+    verdicts,
+)
 
 GROUPS = dynamics_description().groups
 X_SI, U_SI, Y_SI = (np.array([variable.scale for variable in GROUPS[g]]) for g in ("states", "controls", "outputs"))
-OTHERWISE = {
-    ("dynamics", "FMPy ME"): "no model exchange",
-    ("dynamics", "CasADi"): "no model exchange",
-    ("surrogate", "FMPy ME"): "no model exchange",
-    ("surrogate", "CasADi"): "no model exchange",
-    ("dynamics-native3", "libcosimpy"): "its own fault",
-}
+STEPS_ONLY = (*SIBLINGS, "aircraft-native", "aircraft-native3")
+OTHERWISE = {(tool, model): "no model exchange" for tool in ("FMPy ME", "CasADi") for model in STEPS_ONLY}
+OTHERWISE |= {("libcosimpy", model): SELF_FAULT for model in CASES if model.endswith("3")}
 """Cells of the table that are not ``yes``."""
 
 
 @pytest.fixture(scope="module")
-def paths(dynamics_fmu, surrogate_fmu, native_fmus):
-    return {
-        "dynamics": dynamics_fmu,
-        "surrogate": surrogate_fmu,
-        "dynamics-native": native_fmus[2],
-        "dynamics-native3": native_fmus[3],
-    }
+def cells(dynamics_fmu, native_fmus, aircraft_fmus, envelope_fmus, surrogate_fmu, native_surrogates):
+    """A function that fills a column of the table, once."""
+    paths = {"dynamics": dynamics_fmu, **aircraft_fmus, "envelope": envelope_fmus["python"], "surrogate": surrogate_fmu}
+    for model, built in (("dynamics", native_fmus), ("envelope", envelope_fmus), ("surrogate", native_surrogates)):
+        paths |= {f"{model}-native": built[2], f"{model}-native3": built[3]}
+    assert paths.keys() == CASES.keys()
+    expected = expected_by_siblings(paths)
 
+    @cache
+    def column(name: str) -> dict[str, str]:
+        if name in CHECKS:
+            return {model: check(name, path) for model, path in paths.items()}
+        return verdicts(name, paths, expected)
 
-@pytest.fixture(scope="module")
-def expected(paths):
-    flight = expected_values(paths["dynamics"], CASES["dynamics"])
-    return dict.fromkeys(CASES, flight) | {"surrogate": expected_values(paths["surrogate"], CASES["surrogate"])}
+    return column
 
 
 @pytest.mark.parametrize("model", CASES)
-@pytest.mark.parametrize("tool", TOOLS)
-def test_cell_of_the_table(tool, model, paths, expected):
-    found = verdict(tool, paths[model], CASES[model], expected[model])
+@pytest.mark.parametrize("column", COLUMNS)
+def test_cell_of_the_table(column, model, cells, record_property):
+    found = cells(column)[model]
+    record_property("cell", [column, model, found])
     if found in ("not installed", "needs libtbb12"):
-        pytest.skip(f"{tool}: {found}")
-    assert found == OTHERWISE.get((model, tool), "yes")
+        pytest.skip(f"{column}: {found}")
+    assert found == OTHERWISE.get((column, model), "yes")
 
 
 @pytest.mark.parametrize("fmi", [2, 3])

@@ -16,15 +16,32 @@ import pytest
 from fmu_src import build, compiler
 from fmu_src.native_sources import standard_headers
 from gtm_fmu.errors import InputError
+from tests.fmu_src.native_flight import NU, U, X
 
-HOST = Path(__file__).with_name("flight_host.c")
+HOST = Path(__file__).with_name("fmu_host.c")
 HAS_ZIG = find_spec("ziglang") is not None
 needs_zig = pytest.mark.skipif(not HAS_ZIG, reason="ziglang (the extra `cross`) is not installed")
+STEPS = 100
+FLIGHT = [
+    command
+    for n in range(STEPS)
+    for command in (
+        *(f"s {U[k]} {0.05 * (k + 1) * ((n // 10 + k) % 3 - 1) + 0.5 * (k == 3)!r}" for k in range(NU)),
+        f"d {n * 0.02!r} 0.02",
+    )
+] + [f"g {place}" for place in X]
+CONDITIONS = ((3000.0, 0.0, -0.5, 0.5), (8000.0, -0.08, 0.2, 0.2), (500.0, 0.03, -0.1, 0.3))  # SI
+ENVELOPES = [
+    command
+    for condition in CONDITIONS
+    for command in (*(f"s {k} {value!r}" for k, value in enumerate(condition)), "g 5", "g 6")
+]
+"""What the host is told: two seconds with moving controls, then the states; V_min and V_max of some conditions."""
 
 
-def zig(folder: Path, target: str, output: str, *flags: str) -> None:
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O2", "-I.", "flight_host.c", "-o", output]
-    subprocess.run([*command, *flags], cwd=folder, check=True, capture_output=True)
+def zig(folder: Path, target: str, output: str) -> None:
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O2", "-I.", HOST.name, "-o", output]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
 
 
 @pytest.fixture(scope="module")
@@ -39,18 +56,27 @@ def unpacked(all_platforms, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def hosts(tmp_path_factory) -> Path:
-    """A folder with the host's source and the headers."""
+    """A folder with the host's source, the headers, and the host of this platform."""
+    if shutil.which("cc") is None or sys.platform != "linux":
+        pytest.skip("the host is built with cc on Linux")
     folder = tmp_path_factory.mktemp("hosts")
     for name, content in (standard_headers(2) | {HOST.name: HOST.read_bytes()}).items():
         (folder / name).write_bytes(content)
+    subprocess.run(["cc", "-O2", "-I.", HOST.name, "-o", "host", "-ldl"], cwd=folder, check=True)
     return folder
 
 
-def flown(command: list, library: Path, **environment) -> np.ndarray:
-    """States that the host prints."""
+def answers(command: list, library: Path, orders: list[str], **environment) -> np.ndarray:
+    """What the host prints."""
     token = fmpy.read_model_description(library.parents[2], validate=False).guid
-    given = os.environ | environment
-    run = subprocess.run([*command, library, token], capture_output=True, text=True, timeout=300, env=given)
+    run = subprocess.run(
+        [*command, library, token],
+        input="\n".join(orders),
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env=os.environ | environment,
+    )
     assert run.returncode == 0, run.stderr
     return np.array([float(line) for line in run.stdout.split()])
 
@@ -58,16 +84,22 @@ def flown(command: list, library: Path, **environment) -> np.ndarray:
 @pytest.fixture(scope="module")
 def expected(native_folders, hosts) -> np.ndarray:
     """The flight by the library that this platform's compiler made, in a host without Python."""
-    if shutil.which("cc") is None or sys.platform != "linux":
-        pytest.skip("the host is built with cc on Linux")
-    subprocess.run(["cc", "-O2", "-I.", HOST.name, "-o", "host", "-ldl"], cwd=hosts, check=True)
     (library,) = (native_folders[2] / "binaries").rglob("*.so")
-    return flown([hosts / "host"], library)
+    return answers([hosts / "host"], library, FLIGHT)
 
 
-def test_host_without_python(expected):
+@pytest.fixture(scope="module")
+def expected_envelopes(envelope_folders, hosts) -> np.ndarray:
+    (library,) = (envelope_folders[2] / "binaries").rglob("*.so")
+    return answers([hosts / "host"], library, ENVELOPES)
+
+
+def test_host_without_python(expected, expected_envelopes):
     assert np.isfinite(expected).all()
     assert abs(expected[9]) > 0.01  # rad: the controls have moved the aircraft
+    v_min, v_max = expected_envelopes.reshape(-1, 2).T
+    assert (v_min > 0).all()
+    assert (v_min < v_max).all()
 
 
 @needs_zig
@@ -96,7 +128,7 @@ class TestAllPlatforms:
 
     def test_linux(self, unpacked, hosts, expected):
         library = unpacked / "binaries" / "linux64" / "GtmDynamicsNative.so"
-        np.testing.assert_allclose(flown([hosts / "host"], library), expected, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(answers([hosts / "host"], library, FLIGHT), expected, rtol=1e-12, atol=1e-12)
 
     def test_old_glibc(self, unpacked):
         if shutil.which("readelf") is None:
@@ -108,24 +140,30 @@ class TestAllPlatforms:
         assert all(tuple(map(int, version.split("."))) <= (2, 17) for version in versions)
 
     def test_windows_under_wine(self, unpacked, hosts, expected, tmp_path):
-        wine = next((path for name in ("wine64", "wine") if (path := shutil.which(name))), None)
-        wine = wine or next((str(p) for p in (Path("/usr/lib/wine/wine64"),) if p.exists()), None)
+        names = ("wine64", "wine", "/usr/lib/wine/wine64")
+        wine = next((path for name in names if (path := shutil.which(name))), None)
         if wine is None:
             pytest.skip("wine64 is not installed")
         zig(hosts, "x86_64-windows-gnu", "host.exe")
         library = unpacked / "binaries" / "win64" / "GtmDynamicsNative.dll"
-        got = flown([wine, hosts / "host.exe"], library, WINEPREFIX=str(tmp_path / "wine"), WINEDEBUG="-all")
+        environment = {"WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
+        got = answers([wine, hosts / "host.exe"], library, FLIGHT, **environment)
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
 
-    def test_aarch64_under_qemu(self, unpacked, hosts, expected):
+    def test_aarch64_under_qemu(self, unpacked, hosts, expected, expected_envelopes, tmp_path, monkeypatch):
         emulator = next((p for n in ("qemu-aarch64", "qemu-aarch64-static") if (p := shutil.which(n))), None)
         root = Path("/usr/aarch64-linux-gnu")
         if emulator is None or not root.exists():
             pytest.skip("qemu-user or libc6-arm64-cross is not installed")
         zig(hosts, "aarch64-linux-gnu.2.34", "host.aarch64")
-        library = unpacked / "binaries" / "aarch64-linux" / "GtmDynamicsNative.so"
-        got = flown([emulator, "-L", root, hosts / "host.aarch64"], library)
+        host, place = [emulator, "-L", root, hosts / "host.aarch64"], Path("binaries", "aarch64-linux")
+        got = answers(host, unpacked / place / "GtmDynamicsNative.so", FLIGHT)
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
+        only = [platform for platform in compiler.PLATFORMS if platform.target.startswith("aarch64-linux")]
+        monkeypatch.setattr(compiler, "PLATFORMS", only)
+        folder = Path(fmpy.extract(build("envelope-native", tmp_path, all_platforms=True), tmp_path / "unpacked"))
+        got = answers(host, folder / place / "GtmEnvelopeNative.so", ENVELOPES)
+        np.testing.assert_allclose(got, expected_envelopes, rtol=1e-12)
 
 
 class TestPlatformThatCannotBeBuilt:

@@ -17,7 +17,6 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 from study.fmus import build_fmu
 from tests.fmu_src.conftest import CASE_RANGES
-from tests.fmu_src.importer_matrix import CASES, TOOLS, expected_values, verdict
 from tests.fmu_src.native_session import DISCARD, OK, SESSIONS
 from tests.fmu_src.test_native_safety import FUZZ, SANITIZED, has_sanitizers
 
@@ -28,14 +27,10 @@ STD_DIGITS = 1e-6  # the FMU keeps the factor of the covariance in single precis
 
 
 @pytest.fixture(scope="module")
-def paths(networks, tmp_path_factory) -> dict[int, Path]:
-    folder = tmp_path_factory.mktemp("surrogate")
-    return {fmi: build(f"surrogate-native{'' if fmi == 2 else 3}", folder, networks[2]) for fmi in (2, 3)}
-
-
-@pytest.fixture(scope="module")
-def folders(paths, tmp_path_factory) -> dict[int, Path]:
-    return {fmi: Path(fmpy.extract(path, tmp_path_factory.mktemp("unpacked"))) for fmi, path in paths.items()}
+def folders(native_surrogates, tmp_path_factory) -> dict[int, Path]:
+    return {
+        fmi: Path(fmpy.extract(path, tmp_path_factory.mktemp("unpacked"))) for fmi, path in native_surrogates.items()
+    }
 
 
 @pytest.fixture
@@ -65,13 +60,14 @@ def flags(session) -> list[bool]:
     return [bool(value) for value in values]
 
 
-def test_fmpy_validation_is_clean(paths, fmi):
-    assert validate_fmu(str(paths[fmi])) == []
+def test_fmpy_validation_is_clean(native_surrogates, fmi):
+    assert validate_fmu(str(native_surrogates[fmi])) == []
 
 
-def test_interface_is_that_of_the_python_fmu(paths, surrogate_fmu, fmi):
+def test_interface_is_that_of_the_python_fmu(native_surrogates, surrogate_fmu, fmi):
     own, other = (
-        fmpy.read_model_description(path, validate=False).modelVariables for path in (paths[fmi], surrogate_fmu)
+        fmpy.read_model_description(path, validate=False).modelVariables
+        for path in (native_surrogates[fmi], surrogate_fmu)
     )
     assert [variable.name for variable in own[len(other) :]] == ["time"]
     for mine, its in zip(own, other, strict=False):
@@ -177,19 +173,9 @@ class TestBadInput:
             build("surrogate-native", tmp_path)
 
 
-@pytest.mark.parametrize("tool", [tool for tool in TOOLS if tool != "CasADi"])
-def test_importers(tool, paths, fmi, surrogate_fmu):
-    """Each gets what FMPy gets from the Python FMU of the same networks."""
-    expected = expected_values(surrogate_fmu, CASES["surrogate"])
-    found = verdict(tool, paths[fmi], CASES["surrogate"], expected, STD_DIGITS)
-    if found in ("not installed", "needs libtbb12"):
-        pytest.skip(f"{tool}: {found}")
-    assert found == ("its own fault" if (tool, fmi) == ("libcosimpy", 3) else "yes")
-
-
-def test_casadi_jacobian(paths, networks, fmi):
+def test_casadi_jacobian(native_surrogates, networks, fmi):
     """CasADi's Jacobian over model exchange is made of the FMU's directional derivatives."""
-    model = ca.DaeBuilder("surrogate", str(paths[fmi]))
+    model = ca.DaeBuilder("surrogate", str(native_surrogates[fmi]))
     model.set_y(list(SPEEDS))  # it reads Booleans as numbers, which an FMU refuses
     results = model.create("results", ["u"], ["y"])
     jacobian = results.factory("slopes", ["u"], ["jac:y:u"])

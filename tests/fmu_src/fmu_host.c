@@ -1,5 +1,5 @@
-/* A host without Python: loads the FMI 2.0 library that is named, flies two seconds with moving controls and prints the
-   states to the last digit:  flight_host LIBRARY TOKEN */
+/* A host without Python: loads the FMI 2.0 library that is named and does what standard input says, s(et) reference value,
+   d(o step) time duration, g(et) reference; what it gets is printed to the last digit:  fmu_host LIBRARY TOKEN */
 #include <stdio.h>
 
 #include "fmi2FunctionTypes.h"
@@ -19,8 +19,6 @@
     fmi2##name##TYPE *const name = (fmi2##name##TYPE *)FIND(library, "fmi2" #name); \
     if (!name) return 3
 
-enum { STATES = 12, CONTROLS = 4, FIRST_CONTROL = 24, STEPS = 100 };
-
 int main(int argc, char **argv)
 {
     if (argc < 3) return 1;
@@ -37,19 +35,24 @@ int main(int argc, char **argv)
     const fmi2CallbackFunctions callbacks = {NULL, NULL, NULL, NULL, NULL};
     fmi2Component c = Instantiate("host", fmi2CoSimulation, argv[2], "", &callbacks, fmi2False, fmi2False);
     if (!c) return 4;
-    fmi2ValueReference states[STATES], controls[CONTROLS];
-    double x[STATES], u[CONTROLS];
-    for (unsigned k = 0; k < STATES; k++) states[k] = k;
-    for (unsigned k = 0; k < CONTROLS; k++) controls[k] = FIRST_CONTROL + k;
     SetupExperiment(c, fmi2False, 0, 0, fmi2False, 0);
     EnterInitializationMode(c);
     ExitInitializationMode(c);
-    for (int n = 0; n < STEPS; n++) {
-        for (int k = 0; k < CONTROLS; k++) u[k] = 0.05 * (k + 1) * ((n / 10 + k) % 3 - 1) + (k == 3 ? 0.5 : 0);
-        if (SetReal(c, controls, CONTROLS, u) > fmi2Warning || DoStep(c, n * 0.02, 0.02, fmi2True) != fmi2OK) return 5;
-    }
-    if (GetReal(c, states, STATES, x) != fmi2OK) return 6;
+    char command;
+    unsigned reference;
+    double time, value;
+    int status = 0;
+    while (!status && scanf(" %c", &command) == 1) switch (command) {
+        case 's':
+            status = scanf("%u %lf", &reference, &value) != 2 || SetReal(c, &reference, 1, &value) != fmi2OK;
+            break;
+        case 'd':
+            status = scanf("%lf %lf", &time, &value) != 2 || DoStep(c, time, value, fmi2True) != fmi2OK;
+            break;
+        default:
+            status = scanf("%u", &reference) != 1 || GetReal(c, &reference, 1, &value) != fmi2OK;
+            printf("%.17g\n", value);
+        }
     FreeInstance(c);
-    for (int k = 0; k < STATES; k++) printf("%.17g\n", x[k]);
-    return 0;
+    return status ? 5 : 0;
 }
