@@ -146,7 +146,11 @@ class TestAllPlatforms:
             pytest.skip("wine64 is not installed")
         zig(hosts, "x86_64-windows-gnu", "host.exe")
         library = unpacked / "binaries" / "win64" / "GtmDynamicsNative.dll"
-        environment = {"WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
+        environment = {
+            "WINEPREFIX": str(tmp_path / "wine"),
+            "WINEDEBUG": "-all",
+            "WINEDLLOVERRIDES": "mscoree=;mshtml=",
+        }
         got = answers([wine, hosts / "host.exe"], library, FLIGHT, **environment)
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
 
