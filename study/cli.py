@@ -14,8 +14,8 @@ from rich.table import Table
 from typer.exceptions import TyperException
 
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import WIDEST
 from study.dataset_command import dataset
+from study.model_commands import export, predict, train
 from study.options import FAILURE, Pair, given_failure, pair, takes
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
@@ -191,22 +191,6 @@ def envelope(
     show(values, as_json, "Envelope")
 
 
-@app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))
-def predict(
-    altitude_ft: Altitude,
-    gamma_deg: Gamma = 0.0,
-    rudder_deg: Rudder = WIDEST["rudder_deg"],
-    model: Annotated[Path | None, typer.Option(help="Folder of a study; default: the networks of the package.")] = None,
-    as_json: Json = False,
-) -> None:
-    """Lowest and highest speed by the trained networks."""
-    from dataclasses import asdict
-
-    from study.emulator import RudderEmulator
-
-    show(asdict(RudderEmulator.load(model).predict(altitude_ft, gamma_deg, rudder_deg)), as_json, "Predicted envelope")
-
-
 @app.command(epilog=example("build dynamics surrogate --output build/fmu"))
 def build(
     names: Annotated[
@@ -257,6 +241,9 @@ def study(
     print(json.dumps(results, allow_nan=False) if as_json else f"{markdown(results)}\nAll files are in {output}.")
 
 
+app.command(epilog=example("train wing.csv --inputs span_mm,alpha_deg --outputs lift:N --output wing.json"))(train)
+app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(predict)
+app.command(epilog=example("export wing.json --fmu --output wing.fmu"))(export)
 app.command(epilog=example("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2"))(dataset)
 
 

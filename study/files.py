@@ -32,6 +32,11 @@ def write_text(text: str, path: Path) -> None:
     _write(path, lambda partial: partial.write_text(text, encoding="utf-8"))
 
 
+def write_bytes(content: bytes, path: Path) -> None:
+    """Write a file of bytes."""
+    _write(path, lambda partial: partial.write_bytes(content))
+
+
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as PNG."""
     _write(path, lambda partial: figure.savefig(partial, format="png", dpi=110))

@@ -87,7 +87,7 @@ class TestBadInput:
         [
             ("fly --altitude-ft 1000", "No such command 'fly'"),
             ("--json", "No such option: --json"),
-            ("build glider", "No FMU is called 'glider': choose one of dynamics, surrogate"),
+            ("build glider", "No FMU is called 'glider': choose one of dynamics, "),
             ("build dynamics --model here", "--model here is for the surrogate"),
             ("study --seed -1", "--seed.*greater than or equal to 0"),
             ("study --seed one", "--seed.*integer"),
@@ -171,27 +171,27 @@ class TestBadFiles:
         return folder
 
     def test_missing_model(self, ask, tmp_path):
-        self.predict_and_build(ask, tmp_path / "none", "cannot read the network file '.*none")
+        self.predict_and_build(ask, tmp_path / "none", "cannot read the model file '.*none")
 
     def test_file_as_model(self, ask, model):
-        self.predict_and_build(ask, model / SPEEDS_FILE, "cannot read the network file")
+        self.predict_and_build(ask, model / SPEEDS_FILE, "cannot read the model file")
 
     @pytest.mark.parametrize("name", [SPEEDS_FILE, THROTTLE_FILE])
     def test_half_a_model(self, ask, model, name):
         (model / name).unlink()
-        self.predict_and_build(ask, model, f"cannot read the network file '.*{name}'")
+        self.predict_and_build(ask, model, f"cannot read the model file '.*{name}'")
 
     @pytest.mark.parametrize("name", [SPEEDS_FILE, THROTTLE_FILE])
     def test_damaged_model(self, ask, model, name):
         text = (model / name).read_text()
         (model / name).write_text(text[: len(text) // 2])
-        self.predict_and_build(ask, model, f"{name}' is not a network file or is damaged")
+        self.predict_and_build(ask, model, f"{name}' is not a model file or is damaged")
         (model / name).write_text("{}")
-        self.predict_and_build(ask, model, f"{name}' is a JSON file but holds no network")
+        self.predict_and_build(ask, model, f"{name}' is a JSON file but holds no model")
 
     def test_changed_weight(self, ask, model):
         document = json.loads((model / SPEEDS_FILE).read_text())
-        document["network"]["b1"][0] += 0.1
+        document["model"]["biases"][0][0] += 0.1
         (model / SPEEDS_FILE).write_text(json.dumps(document))
         self.predict_and_build(ask, model, "is damaged, as its checksum does not match")
 

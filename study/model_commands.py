@@ -1,0 +1,209 @@
+"""The commands `gtm-fmu train`, `predict` and `export`: models of the aircraft's data and of any other."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+from rich.console import Console
+
+from gtm_fmu.errors import InputError
+
+Pair = tuple[float, float]
+Method = Literal["br", "lm", "lolimot", "hilomot"]
+
+
+def _names(spelling: str) -> list[str]:
+    return [name.strip() for name in spelling.split(",") if name.strip()]
+
+
+def train(
+    data: Annotated[Path, typer.Argument(help="Table: .csv, .parquet, or a .zarr data set.")],
+    output: Annotated[Path, typer.Option(help="File of the model.")],
+    method: Annotated[Method, typer.Option(help="Networks: br, lm. Local models: lolimot, hilomot.")] = "br",
+    inputs: Annotated[str | None, typer.Option(help="Columns NAME or NAME:UNIT, with commas between.")] = None,
+    outputs: Annotated[str | None, typer.Option(help="Columns to be learnt, in the same way.")] = None,
+    hidden: Annotated[str, typer.Option(help="Neurons of a network, for each hidden layer: 10 or 20,20.")] = "10",
+    splits: Annotated[int, typer.Option(min=1, help="Models, each on a random split; the best is kept.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Start of all random numbers.")] = 0,
+    device: Annotated[str, typer.Option(help="Where networks are trained: cpu, cuda.")] = "cpu",
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
+) -> None:
+    """Train a model on a table.
+
+    Without --inputs and --outputs the columns are those of a rudder's failure: altitude, gamma and the limits; V_min
+    and V_max. Rows without a value are left out. Errors are mean squares of outputs mapped to 0 .. 1, on rows for the
+    training, for the test of that split, and on a tenth of all rows that no training saw.
+    """
+    from study.cli import show
+    from study.emulator import INPUTS, SPEEDS
+    from study.files import writable_folder
+    from study.model_training import train_model
+    from study.progress import stages
+    from study.samples import read_samples
+
+    if (inputs is None) != (outputs is None):
+        raise InputError("Either --inputs or --outputs was given: give both, or none for a rudder's failure.")
+    columns = [_names(inputs), _names(outputs)] if inputs is not None and outputs is not None else []
+    if inputs is None:
+        columns = [[f"{name}:{unit}" for name, unit in group] for group in (INPUTS, SPEEDS)]
+    if not all(columns):
+        raise InputError("No inputs or no outputs were given: name at least one column of each.")
+    if not all(size.strip().isdecimal() and int(size) > 0 for size in hidden.split(",")):
+        raise InputError(f"--hidden was given as '{hidden}': give numbers of neurons, as 10 or 20,20.")
+    writable_folder(output.parent)
+    samples = read_samples(data, *columns)
+    layers = tuple(int(size) for size in hidden.split(","))
+    with stages(Console(stderr=True)) as stage, stage(f"Training on {len(samples.X)} rows") as advance:
+        model = train_model(samples, method, splits=splits, hidden=layers, seed=seed, device=device, progress=advance)
+    try:
+        model.save(output)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    facts = {"model": str(output), "method": method, "rows": len(samples.X), "rows_left_out": samples.left_out}
+    show(facts | model.metrics, as_json, "Trained")
+
+
+def load(path: Path) -> Any:
+    """The model of a file.
+
+    Raises:
+        InputError: missing, damaged or foreign.
+    """
+    from surrogate import load_model
+
+    try:
+        return load_model(path)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def predict(
+    model_file: Annotated[Path | None, typer.Argument(metavar="[MODEL]", help="File of a model of your own.")] = None,
+    altitude_ft: Annotated[float | None, typer.Option(help="Geometric altitude, 0 to 36089 ft.")] = None,
+    gamma_deg: Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")] = 0.0,
+    rudder_deg: Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Equal values are a jam.")] = (-30.0, 30.0),
+    model: Annotated[Path | None, typer.Option(help="Folder of a study; default: the networks of the package.")] = None,
+    at: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="An input of MODEL; for each one.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Table with the inputs of MODEL, in the place of --at.")] = None,
+    output: Annotated[Path | None, typer.Option(help="Table for its outputs: .csv or .parquet.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
+) -> None:
+    """Lowest and highest speed by the trained networks; or the outputs of a model of your own.
+
+    A model of your own is asked for one case by --at, or for a whole table by --data and --output.
+    """
+    from study.cli import show
+
+    if model_file is None:
+        if altitude_ft is None:
+            raise InputError("Missing option '--altitude-ft'; see `gtm-fmu predict --help`.")
+        if at or data or output:
+            raise InputError("--at, --data and --output are for a model of your own: give its file, or leave them out.")
+        from study.emulator import RudderEmulator
+
+        envelope = RudderEmulator.load(model).predict(altitude_ft, gamma_deg, rudder_deg)
+        show(asdict(envelope), as_json, "Predicted envelope")
+        return
+    if altitude_ft is not None or model is not None:
+        given = f"Got unexpected extra argument ({model_file}) beside a flight condition"
+        raise InputError(f"{given}: give the condition alone, or the file of a model and --at.")
+    own = load(model_file)
+    if data is None:
+        show(_predict_one(own, at or []), as_json, "Prediction")
+    elif at or output is None:
+        raise InputError("A table is predicted into another: give --data and --output, and no --at.")
+    else:
+        show({"output": str(output), "rows": _predict_table(own, data, output)}, as_json, "Predictions")
+
+
+def _predict_one(model: Any, at: list[str]) -> dict[str, Any]:
+    names = [variable.name for variable in model.inputs]
+    given: dict[str, float] = {}
+    for item in at:
+        name, _, value = item.rpartition("=")
+        try:
+            given[name] = float(value)
+        except ValueError:
+            raise InputError(f"--at was given as '{item}': give NAME=VALUE, for instance {names[0]}=1.") from None
+    if given.keys() != set(names):
+        raise InputError(f"--at gives {', '.join(given) or 'nothing'}: give one for each of {', '.join(names)}.")
+    x = [given[name] for name in names]
+    values, deviations = _results(model, x)
+    result = {"in_domain": bool(model.in_range(x))}
+    result |= dict(zip((variable.name for variable in model.outputs), values.tolist(), strict=True))
+    if deviations is not None:
+        result |= {f"{v.name}_std": d for v, d in zip(model.outputs, deviations.tolist(), strict=True)}
+    return result
+
+
+def _results(model: Any, X: Any) -> tuple[Any, Any]:
+    """Outputs and their standard deviations, None without."""
+    try:
+        has_std = getattr(model, "posterior_factor", None) is not None
+        return model.predict(X), model.predict_std(X) if has_std else None
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def _predict_table(model: Any, data: Path, output: Path) -> int:
+    from study.samples import columns, read_table, write_table
+
+    table, _ = read_table(data)
+    X = columns(table, [variable.name for variable in model.inputs], data)
+    values, deviations = _results(model, X)
+    for k, variable in enumerate(model.outputs):
+        table[variable.name] = values[:, k]
+        if deviations is not None:
+            table[f"{variable.name}_std"] = deviations[:, k]
+    table["in_domain"] = model.in_range(X)
+    write_table(table, output)
+    return len(table)
+
+
+def export(
+    model_file: Annotated[Path, typer.Argument(metavar="MODEL", help="File of a model.")],
+    output: Annotated[Path, typer.Option(help="File to be written.")],
+    fmu: Annotated[
+        bool, typer.Option("--fmu", help="Native FMU of FMI 2.0: co-simulation and model exchange.")
+    ] = False,
+    fmu3: Annotated[bool, typer.Option("--fmu3", help="The same of FMI 3.0.")] = False,
+    c: Annotated[bool, typer.Option("--c", help="C99, with slopes; needs the C library only.")] = False,
+    js: Annotated[bool, typer.Option("--js", help="ES module of JavaScript, with slopes.")] = False,
+    numpy: Annotated[bool, typer.Option("--numpy", help="Python functions that need NumPy only.")] = False,
+    onnx: Annotated[bool, typer.Option("--onnx", help="ONNX in double precision.")] = False,
+    onnx32: Annotated[bool, typer.Option("--onnx32", help="ONNX in single precision.")] = False,
+    latex: Annotated[bool, typer.Option("--latex", help="Equations for amsmath.")] = False,
+    text: Annotated[bool, typer.Option("--text", help="Equations as plain text.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="The steps of its evaluation as JSON.")] = False,
+    all_platforms: Annotated[
+        bool, typer.Option("--all-platforms", help="FMU for every platform; needs the extra 'cross'.")
+    ] = False,
+) -> None:
+    """Write a model in another form: exactly one of the options that name one."""
+    given = {"fmu": fmu, "fmu3": fmu3, "c": c, "js": js, "numpy": numpy, "onnx": onnx, "onnx32": onnx32}
+    given |= {"latex": latex, "text": text, "json": json}
+    chosen = [name for name, is_chosen in given.items() if is_chosen]
+    if len(chosen) != 1:
+        raise InputError(f"{len(chosen)} forms were chosen: give one of {', '.join(f'--{name}' for name in given)}.")
+    if all_platforms and not (fmu or fmu3):
+        raise InputError("--all-platforms is for an FMU: leave it out, or give --fmu or --fmu3.")
+    model = load(model_file)
+    if fmu or fmu3:
+        from fmu_src.model_fmu import build_model
+
+        build_model(model, output, 2 if fmu else 3, all_platforms)
+    else:
+        _write_form(model, chosen[0], output)
+    print(output)
+
+
+def _write_form(model: Any, form: str, output: Path) -> None:
+    from study.files import write_bytes
+    from surrogate.exports import export_model
+
+    try:
+        content = export_model(model, form)
+    except ImportError as error:
+        raise InputError(f"--{form} needs {error.name}: pip install 'gtm-fmu[onnx]'.") from None
+    write_bytes(content, output)

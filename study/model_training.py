@@ -1,0 +1,140 @@
+"""Training a model on any samples: many random splits, the least error on rows that no training saw."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.metadata import version
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from gtm_fmu.errors import InputError
+from study.samples import Samples
+from surrogate import LocalModelNetwork, Network, Split, split_samples
+from surrogate.scaling import to_unit
+
+Model = Network | LocalModelNetwork
+Progress = Callable[[int, int], None]
+
+NETWORKS: dict[str, Any] = {"br": "bayesian_regularization", "lm": "levenberg_marquardt"}
+TEST_FRACTION = 0.1
+"""Share of the rows in the independent part, and of the rest in each split's test part (paper, Algorithm 1)."""
+
+
+def train_model(
+    samples: Samples,
+    method: str,
+    *,
+    splits: int,
+    hidden: tuple[int, ...],
+    seed: int,
+    device: str = "cpu",
+    progress: Progress | None = None,
+) -> Model:
+    """The best of a model a split, with its scores and where it comes from.
+
+    A tenth of the rows judges the models. Each split divides the rest into nine tenths to fit and a tenth that ends the
+    training (lm, lolimot, hilomot) or is only looked at (br). Errors are mean squares of outputs mapped to 0 .. 1.
+
+    Args:
+        samples: what to learn.
+        method: networks by Levenberg-Marquardt with Bayesian regularisation (br) or early stopping (lm); local model
+            networks (lolimot, hilomot).
+        splits: number of models.
+        hidden: neurons in each hidden layer of a network.
+        seed: start of all random numbers; the same gives the same model.
+        device: torch's, for networks.
+
+    Raises:
+        InputError: torch is missing, or the samples cannot be learnt from.
+    """
+    if method in NETWORKS:
+        _check_torch(device)
+    try:
+        split = split_samples(len(samples.X), splits, TEST_FRACTION, seed)
+        train = _networks if method in NETWORKS else _local_models
+        models = train(samples, split, method, hidden, seed, device, progress)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    errors = [_squared_errors(model, samples) for model in models]
+    best = int(np.argmin([error[split.independent].mean() for error in errors]))
+    scores = {
+        f"mse_{part}": float(errors[best][split.rows(part, best)].mean())
+        for part in ("training", "test", "independent")
+    }
+    scores["rmse_independent"] = float(np.sqrt(scores["mse_independent"]))
+    return replace(
+        models[best], metrics=scores, provenance=models[best].provenance | _origin(samples, seed, splits, best)
+    )
+
+
+def _check_torch(device: str) -> None:
+    if find_spec("torch") is None:
+        raise InputError("Networks are trained with torch, which is not here; run pip install 'gtm-fmu[train]'.")
+    import torch
+
+    try:
+        torch.empty(1, device=device)
+    except (AssertionError, RuntimeError) as error:
+        raise InputError(f"torch cannot use the device '{device}' ({str(error).splitlines()[0]}): take cpu.") from None
+
+
+def _networks(samples: Samples, split: Split, method: str, hidden: Any, seed: int, device: str, progress: Any) -> list:
+    from surrogate import train_networks
+
+    trained = train_networks(
+        samples.X,
+        samples.Y,
+        inputs=samples.inputs,
+        outputs=samples.outputs,
+        rows=split.training,
+        validation_rows=split.test if method == "lm" else None,
+        method=NETWORKS[method],
+        seed=seed,
+        hidden=hidden,
+        device=device,
+        progress=progress,
+    )
+    return [network for network, _ in trained]
+
+
+def _local_models(samples: Samples, split: Split, method: Any, _h: Any, _s: int, _d: str, progress: Any) -> list:
+    from surrogate import train_local_models
+
+    models = []
+    for training, test in zip(split.training, split.test, strict=True):
+        model, _ = train_local_models(
+            samples.X,
+            samples.Y,
+            inputs=samples.inputs,
+            outputs=samples.outputs,
+            rows=training,
+            validation_rows=test,
+            algorithm=method,
+        )
+        models.append(model)
+        if progress:
+            progress(len(models), len(split.training))
+    return models
+
+
+def _squared_errors(model: Model, samples: Samples) -> np.ndarray:
+    """Of outputs mapped to 0 .. 1 (n, m)."""
+    found, given = (to_unit(Y, model.target_ranges) for Y in (model.predict(samples.X), samples.Y))
+    return (found - given) ** 2
+
+
+def _origin(samples: Samples, seed: int, splits: int, best: int) -> dict[str, Any]:
+    libraries = ("gtm-fmu", "numpy", *(("torch",) if find_spec("torch") else ()))
+    return {
+        "data_sha256": samples.sha256(),
+        "rows": len(samples.X),
+        "rows_left_out": samples.left_out,
+        "seed": seed,
+        "splits": splits,
+        "split": best,
+        "versions": {name: version(name) for name in libraries} | {"python": platform.python_version()},
+    }
