@@ -94,6 +94,18 @@ class CaseTable:
         parts = np.split(self._unit(start, stop), ends[:-1], axis=1)
         return np.column_stack([axis.at(part) for axis, part in zip(self.axes, parts, strict=True)])
 
+    def block(self, largest: int) -> int:
+        """Cases to cut off at a time, ``largest`` at most: on a lattice whole runs of its fastest axes.
+
+        Cases that are cut off together then differ in little, and what they share is computed once.
+        """
+        whole = 1
+        for size in reversed(self._lattice_sizes if self.sampling == Sampling.LATTICE else []):
+            if whole * size > largest:
+                break
+            whole *= size
+        return largest // whole * whole
+
     def describe(self) -> dict[str, str | int]:
         """How the table was made, as attributes of a data set; equal ones make equal tables."""
         made: dict[str, str | int] = {"sampling": str(self.sampling), "cases": self.cases}

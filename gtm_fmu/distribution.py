@@ -25,7 +25,7 @@ from gtm_fmu.failures import ControlLimits, Range
 from gtm_fmu.store import CaseStore, writer_lock
 
 PIECE = 32
-"""Cases a task: seconds at most, so that the last ones end together."""
+"""Cases a task at most: seconds, so that the last ones end together."""
 WORKER_MEMORY = "500MB"
 """A worker that takes more is started anew."""
 _LOST = (CancelledError, CommClosedError, TimeoutError)
@@ -117,7 +117,8 @@ def _local_cluster(workers: int) -> LocalCluster:
 
 
 def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, progress: Progress | None) -> None:
-    pieces = ((chunk, piece) for chunk in chunks for piece in _pieces(chunk))
+    size = store.table.block(PIECE)
+    pieces = ((chunk, piece) for chunk in chunks for piece in _pieces(chunk, size))
     solved: defaultdict[range, dict[int, dict[str, np.ndarray]]] = defaultdict(dict)
     inputs = tuple(column.name for column in store.table.columns)
     asked: dict[Any, tuple[range, range]] = {}
@@ -138,7 +139,7 @@ def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, 
         chunk, piece = asked.pop(future.key)
         parts = solved[chunk]
         parts[piece.start] = _result(future, piece)
-        if len(parts) == len(_pieces(chunk)):
+        if len(parts) == len(_pieces(chunk, size)):
             ordered = [parts[start] for start in sorted(parts)]
             store.write(chunk, {name: np.concatenate([part[name] for part in ordered]) for name in ordered[0]})
             del solved[chunk]
@@ -159,8 +160,8 @@ def _evaluation() -> Callable[..., dict[str, np.ndarray]]:
     return evaluate
 
 
-def _pieces(chunk: range) -> list[range]:
-    return [chunk[start : start + PIECE] for start in range(0, len(chunk), PIECE)]
+def _pieces(chunk: range, size: int) -> list[range]:
+    return [chunk[start : start + size] for start in range(0, len(chunk), size)]
 
 
 def _result(future, piece: range) -> dict[str, np.ndarray]:

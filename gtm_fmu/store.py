@@ -92,7 +92,7 @@ class CaseStore:
         path: of the store; made with its first chunk when there is none.
         table: its cases.
         options: further attributes that its values follow from.
-        chunk: cases a chunk; default `chunk_size`.
+        chunk: cases a chunk; default about `chunk_size`.
 
     Raises:
         InputError: what is at ``path`` is no store, a damaged one, or one of another version or with other options.
@@ -103,7 +103,7 @@ class CaseStore:
         columns = table.columns
         self._schema = {column.name: attributes(column) for column in columns}
         self._schema |= results.schema(tuple(self._schema)) | {FINISHED: (np.dtype(bool), {})}
-        self._chunk = chunk or chunk_size(len(table))
+        self._chunk = chunk or table.block(chunk_size(len(table)))
         self._identity = identity(table, options) | {"chunk": self._chunk}
         is_new = not path.exists() or (path.is_dir() and not any(path.iterdir()))
         self._arrays = None if is_new else self._open()

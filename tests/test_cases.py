@@ -131,6 +131,20 @@ class TestLattice:
         np.testing.assert_array_equal(last[1], [30000, 0, 20, 20, 20, 20, 20, 20, 0, 100])
 
 
+class TestBlocks:
+    def test_paper_lattice_is_cut_between_flight_conditions(self):
+        """28 failures at each of 11 flight-path angles and 4 altitudes."""
+        failures = failure_levels("rudder", range(-30, 31, 10))
+        table = CaseTable.lattice([levels("altitude", range(4)), levels("gamma", range(11)), failures])
+        assert [table.block(largest) for largest in (27, 32, 64, 1024, 5000)] == [27, 28, 56, 3 * 308, 4 * 1232]
+        conditions = table.rows(0, len(table))[:, :2]
+        for start in range(0, len(table), table.block(32)):
+            assert len(np.unique(conditions[start : start + table.block(32)], axis=0)) == 1
+
+    def test_samples_are_cut_anywhere(self):
+        assert sampled().block(32) == 32
+
+
 class TestSamples:
     @pytest.mark.parametrize("sampling", RANDOM)
     def test_the_same_in_any_slices(self, sampling):
