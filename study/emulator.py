@@ -15,10 +15,12 @@ import numpy as np
 from gtm_fmu import manoeuvre
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits, Range
-from surrogate import Network, Selection, select_network
+from surrogate import Network
 
-if TYPE_CHECKING:
-    import xarray as xr  # slow to import, and not needed to predict
+if TYPE_CHECKING:  # not needed to predict
+    import xarray as xr
+
+    from surrogate import Selection
 
 SPEEDS_FILE, THROTTLE_FILE = "rudder_speeds.json", "rudder_throttle.json"
 INPUTS = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
@@ -106,12 +108,13 @@ class RudderEmulator:
 
 def train(
     data: "xr.Dataset", seed: int, progress: Callable[[int, int], None] | None = None, **options: Any
-) -> tuple[Selection, Selection]:
+) -> tuple["Selection", "Selection"]:
     """Train both networks on a data set by the paper's protocol (Algorithm 1); options as in `select_network`.
 
     The speeds are learnt on the feasible cases, as in the paper; t_min on all cases that have one.
     """
     from gtm_fmu.dataset import samples
+    from surrogate import select_network
 
     X, V, t_min = samples(data)
     feasible, has_t_min = np.isfinite(V).all(axis=1), np.isfinite(t_min)

@@ -198,3 +198,21 @@ print(network.predict([6500.0, -1.25, 0.3]).tolist(), network.predict_std([6500.
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     x = [6500.0, -1.25, 0.3]
     assert run.stdout.strip() == f"{network.predict(x).tolist()} {network.predict_std(x).tolist()}"
+
+
+def test_loading_a_model_imports_nothing_of_training(network, tmp_path):
+    """So that it takes little longer than NumPy's own import."""
+    network.save(tmp_path / "network.json")
+    code = """
+import sys
+import numpy
+from surrogate import load_model
+load_model(sys.argv[1]).predict([6500.0, -1.25, 0.3])
+print(sorted(name for name in sys.modules if name.startswith("surrogate.")))
+print([name for name in ("torch", "sklearn", "scipy", "casadi", "xarray", "pandas", "rich") if name in sys.modules])
+"""
+    command = [sys.executable, "-c", code, str(tmp_path / "network.json")]
+    own, others = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    names = ("evaluation", "local_models", "network", "partitions", "scaling", "storage")
+    assert own == str([f"surrogate.{name}" for name in names])
+    assert others == "[]"
