@@ -117,9 +117,8 @@ def _local_cluster(workers: int) -> LocalCluster:
 
 
 def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, progress: Progress | None) -> None:
-    size = store.table.block(PIECE)
-    pieces = ((chunk, piece) for chunk in chunks for piece in _pieces(chunk, size))
-    solved: defaultdict[range, dict[int, dict[str, np.ndarray]]] = defaultdict(dict)
+    pieces = _pieces(store.table, chunks)
+    solved: defaultdict[range, dict[range, dict[str, np.ndarray]]] = defaultdict(dict)
     inputs = tuple(column.name for column in store.table.columns)
     asked: dict[Any, tuple[range, range]] = {}
     running = as_completed(loop=client.loop)
@@ -128,19 +127,19 @@ def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, 
     def ask() -> None:
         threads = sum(client.nthreads().values())
         while len(asked) < _PIECES_A_THREAD * max(threads, 1) and (next_piece := next(pieces, None)):
-            cases = store.table.rows(next_piece[1].start, next_piece[1].stop)
+            chunk, piece, cases = next_piece
             arguments = {**options, "inputs": inputs, "asked_by": results.provenance()}
             future = client.submit(_evaluation(), cases, **arguments, pure=False, retries=_RETRIES)
-            asked[future.key] = next_piece
+            asked[future.key] = chunk, piece
             running.add(future)
 
     ask()
     for future in running:
         chunk, piece = asked.pop(future.key)
         parts = solved[chunk]
-        parts[piece.start] = _result(future, piece)
-        if len(parts) == len(_pieces(chunk, size)):
-            ordered = [parts[start] for start in sorted(parts)]
+        parts[piece] = _result(future, piece)
+        if sum(map(len, parts)) == len(chunk):
+            ordered = [parts[cases] for cases in sorted(parts, key=lambda cases: cases.start)]
             store.write(chunk, {name: np.concatenate([part[name] for part in ordered]) for name in ordered[0]})
             del solved[chunk]
         ask()
@@ -160,8 +159,13 @@ def _evaluation() -> Callable[..., dict[str, np.ndarray]]:
     return evaluate
 
 
-def _pieces(chunk: range, size: int) -> list[range]:
-    return [chunk[start : start + size] for start in range(0, len(chunk), size)]
+def _pieces(table: CaseTable, chunks: list[range]) -> Iterator[tuple[range, range, np.ndarray]]:
+    """Chunk, numbers and rows of the cases of each task; rows by the chunk, as a Sobol sequence is run through anew."""
+    size = table.block(PIECE)
+    for chunk in chunks:
+        rows = table.rows(chunk.start, chunk.stop)
+        for start in range(0, len(chunk), size):
+            yield chunk, chunk[start : start + size], rows[start : start + size]
 
 
 def _result(future, piece: range) -> dict[str, np.ndarray]:
