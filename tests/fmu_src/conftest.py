@@ -1,5 +1,7 @@
 """The FMUs under test, built once."""
 
+import fcntl
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,25 +15,39 @@ from tests.fmu_src.native_session import SESSIONS, Session
 
 
 @pytest.fixture(scope="session")
-def dynamics_fmu(tmp_path_factory) -> Path:
-    return build("dynamics", tmp_path_factory.mktemp("fmu"))
+def built(tmp_path_factory) -> Callable[..., Path]:
+    """A function that builds an FMU, once for all processes that run tests."""
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "fmus"
+
+    def once(name: str, networks=()) -> Path:
+        place = folder / name
+        place.mkdir(parents=True, exist_ok=True)
+        with open(place / "lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            return next(place.glob("*.fmu"), None) or build(name, place, networks)
+
+    return once
 
 
 @pytest.fixture(scope="session")
-def native_fmus(tmp_path_factory) -> dict[int, Path]:
+def dynamics_fmu(built) -> Path:
+    return built("dynamics")
+
+
+@pytest.fixture(scope="session")
+def native_fmus(built) -> dict[int, Path]:
     """The native dynamics FMUs by their FMI version."""
-    folder = tmp_path_factory.mktemp("native")
-    return {2: build("dynamics-native", folder), 3: build("dynamics-native3", folder)}
+    return {2: built("dynamics-native"), 3: built("dynamics-native3")}
 
 
 AIRCRAFT = ("aircraft", "aircraft-native", "aircraft-native3")
 
 
 @pytest.fixture(scope="session")
-def aircraft_fmus(tmp_path_factory) -> dict[str, Path]:
+def aircraft_fmus(built) -> dict[str, Path]:
     """GtmAircraft and the native ones by their short names."""
-    folder = tmp_path_factory.mktemp("aircraft")
-    return {name: build(name, folder) for name in AIRCRAFT}
+    return {name: built(name) for name in AIRCRAFT}
 
 
 @pytest.fixture(scope="session")
@@ -41,10 +57,9 @@ def native_folders(native_fmus, tmp_path_factory) -> dict[int, Path]:
 
 
 @pytest.fixture(scope="session")
-def envelope_fmus(tmp_path_factory) -> dict[int | str, Path]:
+def envelope_fmus(built) -> dict[int | str, Path]:
     """The envelope FMU in Python, and the native ones by their FMI version."""
-    folder = tmp_path_factory.mktemp("envelope")
-    return {kind: build(f"envelope{name}", folder) for kind, name in (("python", ""), (2, "-native"), (3, "-native3"))}
+    return {"python": built("envelope"), 2: built("envelope-native"), 3: built("envelope-native3")}
 
 
 @pytest.fixture(scope="session")
@@ -91,15 +106,14 @@ def networks(tmp_path_factory) -> tuple[Network, Network, list[Path]]:
 
 
 @pytest.fixture(scope="session")
-def surrogate_fmu(networks, tmp_path_factory) -> Path:
-    return build("surrogate", tmp_path_factory.mktemp("fmu"), networks[2])
+def surrogate_fmu(networks, built) -> Path:
+    return built("surrogate", networks[2])
 
 
 @pytest.fixture(scope="session")
-def native_surrogates(networks, tmp_path_factory) -> dict[int, Path]:
+def native_surrogates(networks, built) -> dict[int, Path]:
     """The native surrogate FMUs by their FMI version."""
-    folder = tmp_path_factory.mktemp("surrogate")
-    return {fmi: build(f"surrogate-native{'' if fmi == 2 else 3}", folder, networks[2]) for fmi in (2, 3)}
+    return {2: built("surrogate-native", networks[2]), 3: built("surrogate-native3", networks[2])}
 
 
 @pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])

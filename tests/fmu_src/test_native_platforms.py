@@ -82,16 +82,25 @@ def answers(command: list, library: Path, orders: list[str], **environment) -> n
 
 
 @pytest.fixture(scope="module")
-def expected(native_folders, hosts) -> np.ndarray:
-    """The flight by the library that this platform's compiler made, in a host without Python."""
-    (library,) = (native_folders[2] / "binaries").rglob("*.so")
-    return answers([hosts / "host"], library, FLIGHT)
+def own_answers(built, hosts, tmp_path_factory):
+    """What a native FMU with this platform's own library answers, in a host without Python."""
+
+    def answered(name: str, orders: list[str]) -> np.ndarray:
+        folder = Path(fmpy.extract(built(name), tmp_path_factory.mktemp("own")))
+        (library,) = (folder / "binaries").rglob("*.so")
+        return answers([hosts / "host"], library, orders)
+
+    return answered
 
 
 @pytest.fixture(scope="module")
-def expected_envelopes(envelope_folders, hosts) -> np.ndarray:
-    (library,) = (envelope_folders[2] / "binaries").rglob("*.so")
-    return answers([hosts / "host"], library, ENVELOPES)
+def expected(own_answers) -> np.ndarray:
+    return own_answers("dynamics-native", FLIGHT)
+
+
+@pytest.fixture(scope="module")
+def expected_envelopes(own_answers) -> np.ndarray:
+    return own_answers("envelope-native", ENVELOPES)
 
 
 def test_host_without_python(expected, expected_envelopes):
