@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+import dask
 import numpy as np
 from dask.system import CPU_COUNT
 from distributed import CancelledError, Client, KilledWorker, LocalCluster, as_completed
@@ -106,14 +107,15 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
 
 
 def _local_cluster(workers: int) -> LocalCluster:
-    return LocalCluster(
-        n_workers=workers,
-        threads_per_worker=1,
-        memory_limit=WORKER_MEMORY,
-        dashboard_address=":0",
-        silence_logs=logging.CRITICAL,
-        preload=[_IGNORE_INTERRUPT],
-    )
+    with dask.config.set({"distributed.worker.profile.enabled": False}):  # a statistical profile of no use here
+        return LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            memory_limit=WORKER_MEMORY,
+            dashboard_address=":0",
+            silence_logs=logging.CRITICAL,
+            preload=[_IGNORE_INTERRUPT],
+        )
 
 
 def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, progress: Progress | None) -> None:

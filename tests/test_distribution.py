@@ -62,7 +62,7 @@ def run(tmp_path):
     path = tmp_path / "a.zarr"
     command = [sys.executable, dataset_run.__file__, path]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 120
         while not finished_chunks(path) and process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.005)
         yield process, path
@@ -95,7 +95,7 @@ class TestKilled:
         worker = worker_processes(process)[0]
         worker.kill()
         assert finished_chunks(path) < CHUNKS
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=120)
         assert (process.returncode, out, err) == (0, f"{len(TABLE)}\n", "")
         assert not worker.is_running()
         assert files(path) == expected
@@ -130,7 +130,7 @@ def test_script_without_a_guard(tmp_path):
     script.write_text("from tests.dataset_run import TABLE, compute\ncompute('a.zarr', TABLE, workers=1)\n")
     path = {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
-        [sys.executable, script], cwd=tmp_path, env=os.environ | path, capture_output=True, text=True, timeout=60
+        [sys.executable, script], cwd=tmp_path, env=os.environ | path, capture_output=True, text=True, timeout=120
     )
     assert "InputError: The worker processes do not start (Nanny failed to start.)" in done.stderr.splitlines()[-1]
     assert not (tmp_path / "a.zarr").exists()
