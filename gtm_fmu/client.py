@@ -159,11 +159,23 @@ class FmuClient:
 
     def get_boolean(self, name: str) -> bool:
         """Value of a Boolean variable."""
-        if name not in self._booleans:
-            raise InputError(f"The FMU has no Boolean variable '{name}': it has {_listed(self._booleans)}.")
-        reference, value = (ctypes.c_uint * 1)(self._booleans[name]), (ctypes.c_int * 1)()
+        reference, value = self._boolean(name), (ctypes.c_int * 1)()
         self._check("get", self._functions().fmi2GetBoolean(self._component, reference, 1, value))
         return bool(value[0])
+
+    def set_boolean(self, name: str, value: bool) -> None:
+        """Set a Boolean variable."""
+        reference, values = self._boolean(name), (ctypes.c_int * 1)(bool(value))
+        self._check("set", self._functions().fmi2SetBoolean(self._component, reference, 1, values))
+
+    def is_boolean(self, name: str) -> bool:
+        """Whether the FMU has a Boolean variable of this name."""
+        return name in self._booleans
+
+    def _boolean(self, name: str) -> ctypes.Array:
+        if name not in self._booleans:
+            raise InputError(f"The FMU has no Boolean variable '{name}': it has {_listed(self._booleans)}.")
+        return (ctypes.c_uint * 1)(self._booleans[name])
 
     def reference(self, name: str) -> int:
         """Value reference of a real variable.

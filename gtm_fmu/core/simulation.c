@@ -21,9 +21,10 @@ static double within(double value, gtm_range range)
 
 /* ---- The failure ---- */
 
+/* Times are sums of steps, which round. */
 static int has_failed(const gtm_simulation_settings *p, double time)
 {
-    return time >= p->failure_time;
+    return time >= p->failure_time - 1e-9;
 }
 
 static double rate_limit(const gtm_simulation_settings *p, int servo, double time)

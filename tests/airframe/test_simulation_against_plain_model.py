@@ -208,3 +208,11 @@ def test_too_many_commands():
 def test_unknown_setting():
     with pytest.raises(InputError, match="'wind'"):
         Simulation(LEVEL, {"wind": 1})
+
+
+def test_the_time_of_a_failure_is_met_by_steps_that_do_not_sum_up_to_it():
+    simulation = Simulation(LEVEL, {"rudder_lower": 12, "rudder_upper": 12, "failure_time": 30})
+    for _ in range(1500):
+        simulation.advance(TRIM, 0.02, 0.02)
+    assert sum([0.02] * 1500) < 30
+    assert output(simulation, TRIM, "rudder_least") == 12

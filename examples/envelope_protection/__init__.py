@@ -1,0 +1,1 @@
+"""Co-simulation of the aircraft, its envelope and an autopilot."""

@@ -1,0 +1,92 @@
+"""A rudder jams in a climbing turn; the autopilot flies its plan with and without protection of the envelope.
+
+python examples/envelope_protection/run.py [--output build/envelope_protection] [--tools FMPy ecospy libcosimpy]
+
+Builds the three FMUs, wires them in SSP archives, flies them in each tool, compares the flights and draws them.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from pythonfmu import FmuBuilder
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from examples.envelope_protection.figure import draw  # noqa: E402
+from examples.envelope_protection.importers import IMPORTERS  # noqa: E402
+from examples.envelope_protection.system import write_ssp  # noqa: E402
+from study.fmus import build_fmu  # noqa: E402
+
+FLIGHTS = {"with protection": True, "without protection": False}
+PACKAGES = {"FMPy": "fmpy", "ecospy": "ecospy", "libcosimpy": "libcosimpy"}
+
+
+def build(folder: Path) -> dict[str, Path]:
+    """The FMUs and the archives of both flights, by the flight."""
+    folder.mkdir(parents=True, exist_ok=True)
+    autopilot = folder / "Autopilot.fmu"
+    FmuBuilder.build_FMU(Path(__file__).with_name("autopilot.py"), dest=autopilot)
+    fmus = {
+        "aircraft": build_fmu("aircraft-native", folder),
+        "envelope": build_fmu("envelope-native", folder),
+        "autopilot": autopilot,
+    }
+    return {
+        flight: write_ssp(folder / f"{flight.replace(' ', '_')}.ssp", fmus, is_protected)
+        for flight, is_protected in FLIGHTS.items()
+    }
+
+
+def fly(tool: str, ssp: Path, seconds: float | None = None) -> np.ndarray:
+    """The flight of an archive in a tool, by the names of `importers.RECORDED`, dots as underscores.
+
+    Raises:
+        RuntimeError: the tool fails; with what it printed last.
+    """
+    table = ssp.with_name(f"{ssp.stem}_{tool}.csv")
+    command = [sys.executable, "-m", "examples.envelope_protection.importers", tool, str(ssp), str(table)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+    ended = subprocess.run(
+        [*command, *([] if seconds is None else [str(seconds)])], capture_output=True, text=True, env=environment
+    )
+    if ended.returncode:
+        raise RuntimeError(f"{tool} fails: {(ended.stderr or ended.stdout).strip().splitlines()[-1:]}")
+    return np.genfromtxt(table, delimiter=",", names=True, deletechars="", replace_space="_")
+
+
+def difference(flight: np.ndarray, other: np.ndarray) -> float:
+    """Largest difference of two flights at the same times, relative to the larger of one and the value."""
+    _, here, there = np.intersect1d(flight["time"].round(6), other["time"].round(6), return_indices=True)
+    names = flight.dtype.names or ()
+    return max(np.abs((flight[n][here] - other[n][there]) / np.fmax(1, np.abs(flight[n][here]))).max() for n in names)
+
+
+def main() -> None:
+    """Build, fly, compare, draw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--output", type=Path, default=Path("build/envelope_protection"), help="folder of all files")
+    parser.add_argument("--tools", nargs="+", choices=IMPORTERS, default=list(IMPORTERS), help="the first one is drawn")
+    arguments = parser.parse_args()
+    flights: dict[str, np.ndarray] = {}
+    for flight, ssp in build(arguments.output).items():
+        for tool in arguments.tools:
+            if find_spec(PACKAGES[tool]) is None:
+                print(f"{flight}: {tool} is not installed")
+                continue
+            found = fly(tool, ssp)
+            if flight in flights:
+                print(f"{flight}: {tool} differs by {difference(flights[flight], found):.1e}")
+            else:
+                print(f"{flight}: flown by {tool}")
+                flights[flight] = found
+    print(draw(flights, arguments.output / "envelope_protection.png"))
+
+
+if __name__ == "__main__":
+    main()
