@@ -4,7 +4,7 @@ The cases follow from a seed. Their envelopes come with the package, so that any
 computes them anew.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -25,24 +25,25 @@ FILE = Path(str(files("study") / "data" / "off_lattice.npz"))
 
 
 def case_table(
-    control: str = "rudder",
+    controls: Sequence[str] = ("rudder",),
     cases: int = CASES,
     seed: int = SEED,
     jam_share: float = 0.5,
     sampling: Sampling = Sampling.RANDOM,
 ) -> CaseTable:
-    """Random altitudes, flight paths and limits of one control, half of them jams."""
+    """Altitudes, flight paths and limits of some controls by a seed; of each control a share are jams."""
     axes = (
         span("altitude", *ALTITUDE_FT),
         span("gamma", *GAMMA_DEG),
-        limits_span(control, *WIDEST[f"{control}_deg"], jam_share),
+        *(limits_span(control, *WIDEST[f"{control}_deg"], jam_share) for control in controls),
     )
     return CaseTable.sampled(axes, sampling, cases, seed)
 
 
 @dataclass(frozen=True)
 class OffLattice:
-    """Cases X (n, 4): altitude ft, gamma deg, lower and upper limit deg; exact speeds (n, 2) kt and t_min (n) %.
+    """Cases X (n, 2 + 2 k): altitude ft, gamma deg, lower and upper limit in deg of each of k controls; exact speeds
+    (n, 2) in kt and t_min (n) in %.
 
     NaN where there is no envelope, or no manoeuvre at any throttle.
     """
@@ -58,15 +59,18 @@ class OffLattice:
 
     @property
     def jammed(self) -> np.ndarray:
-        """Whether both limits of each case agree (n)."""
-        return self.X[:, 2] == self.X[:, 3]
+        """Whether every control of each case is jammed (n)."""
+        return (self.X[:, 2::2] == self.X[:, 3::2]).all(axis=1)
+
+    def take(self, rows) -> "OffLattice":
+        """Some of the cases, by number or mask."""
+        return OffLattice(self.X[rows], self.speeds_kt[rows], self.t_min_pct[rows])
 
 
-def inputs(table: CaseTable, control: str = "rudder") -> np.ndarray:
-    """Altitude, gamma and the limits of a control (n, 4) of the cases of a table."""
-    names = [column.name for column in table.columns]
-    columns = ["altitude", "gamma", f"{control}_lower", f"{control}_upper"]
-    return table.rows(0, len(table))[:, [names.index(column) for column in columns]]
+def inputs(table: CaseTable) -> np.ndarray:
+    """Altitude, gamma and the limits (n, 2 + 2 k) of the controls that vary in a table."""
+    varying = [axis.dimensions > 0 for axis in table.axes for _ in axis.columns]
+    return table.rows(0, len(table))[:, varying]
 
 
 def load() -> OffLattice:
@@ -78,7 +82,6 @@ def load() -> OffLattice:
 def solve(
     store: Path,
     table: CaseTable,
-    control: str = "rudder",
     progress: Callable[[int, int], None] | None = None,
     workers: int | None = None,
 ) -> OffLattice:
@@ -94,7 +97,7 @@ def solve(
     compute(store, table, workers=workers, progress=progress)
     with xr.open_zarr(store, consolidated=False) as data:
         speeds = np.column_stack([data[name].values for name in ("v_min", "v_max")])
-        return OffLattice(inputs(table, control), speeds, data["t_min"].values)
+        return OffLattice(inputs(table), speeds, data["t_min"].values)
 
 
 def scores(truth: OffLattice, speeds_kt: np.ndarray, feasible: np.ndarray) -> dict[str, dict[str, Any]]:

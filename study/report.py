@@ -35,7 +35,7 @@ def markdown(results: dict[str, Any]) -> str:
     ]
     return (
         "# Results\n\n"
-        + _table(("quantity", "here", "paper"), rows)
+        + table(("quantity", "here", "paper"), rows)
         + "\nThe paper counts cases of which some have no steady manoeuvre inside its own limits; errors are mean "
         "squares of speeds scaled to 0..1.\n\n## Variance-based indices\n\n" + _indices(results["sensitivity"])
     )
@@ -55,7 +55,7 @@ def _indices(indices: dict[str, Any]) -> str:
     heads = ("factor", "S here", "S paper", "S^T here", "S^T paper")
     identity = min(1 - check["sum"]["value"] for entry in indices["outputs"].values() for check in entry["identities"])
     return (
-        _table(heads, rows)
+        table(heads, rows)
         + f"\n{indices['n_evaluations']} evaluations of the network; 95 % bootstrap intervals. For dependent inputs "
         "S of one limit, S^T of the other and the closed index of altitude and path angle add up to at most 1: here "
         f"{identity:.3f} is left, in the paper's Table 15 the sums are 1.147 and 1.074.\n\n"
@@ -64,7 +64,8 @@ def _indices(indices: dict[str, Any]) -> str:
     )
 
 
-def _table(heads: tuple[str, ...], rows: list) -> str:
+def table(heads: tuple[str, ...], rows: list) -> str:
+    """A table in Markdown."""
     lines = [heads, tuple("---" for _ in heads), *rows]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 

@@ -1,0 +1,103 @@
+"""The study of surrogates: what is done once is kept, and told as it was measured."""
+
+import json
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from gtm_fmu.errors import InputError
+from gtm_fmu.thrust_map import ThrustMap
+from study import off_lattice, surrogate_figures, surrogate_report, surrogate_study
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Folder and results of the thrust map alone, which needs no further exact cases."""
+    folder = tmp_path_factory.mktemp("surrogates")
+    return folder, surrogate_study.run(folder, "thrust map")
+
+
+def test_the_thrust_map_meets_the_goals(kept):
+    found = kept[1]["models"]["thrust map"]
+    for part in ("restrictions", "jams"):
+        assert found[part]["mse"] < surrogate_figures.GOAL_MSE / 50
+        assert found[part] == ThrustMap.load().provenance["off_lattice"][part]
+    assert 0.93 < found["inside_95"] < 0.97
+    assert found["searches"] == ThrustMap.load().provenance["solves"]
+
+
+def test_a_part_of_the_lattice_s_searches_reaches_the_goal(kept):
+    """The paper's lattice takes 1232 x 3 searches; the refined map needs fewer for the goal, and errors fall."""
+    points = kept[1]["curves"]["thrust map, refined"]
+    enough = min(point["searches"] for point in points if point["all"]["mse"] < surrogate_figures.GOAL_MSE)
+    assert enough < 1232 * surrogate_study.SEARCHES_A_CASE / 2
+    assert points[-1]["all"]["mse"] < points[0]["all"]["mse"] / 1000
+
+
+def test_a_second_run_goes_on(kept, monkeypatch):
+    folder, first = kept
+    monkeypatch.setattr(surrogate_study, "measured_map", lambda *_: pytest.fail("measured again"))
+    assert surrogate_study.run(folder, "thrust map") == first
+    assert json.loads((folder / surrogate_study.RESULTS_FILE).read_text()) == first
+
+
+def test_what_cannot_be_continued_is_refused(tmp_path, kept):
+    (tmp_path / surrogate_study.RESULTS_FILE).write_text(json.dumps(kept[1] | {"provenance": {}}))
+    with pytest.raises(InputError, match="another version"):
+        surrogate_study.run(tmp_path)
+    with pytest.raises(InputError, match="No model is named like 'oracle'"):
+        surrogate_study.run(kept[0], "oracle")
+
+
+def test_warnings_are_counted_by_hand():
+    """A map of one wrong end: the count inside the intervals is that of the errors below 1.96 deviations."""
+    exact, truth = ThrustMap.load(), off_lattice.load().take(slice(None, 400))
+    found = exact.predict(truth.X)
+    known = truth.feasible & found.feasible
+    errors = [abs(found.v_min_kt - truth.speeds_kt[:, 0]) / found.v_min_std_kt]
+    errors.append(abs(found.v_max_kt - truth.speeds_kt[:, 1]) / found.v_max_std_kt)
+    inside = np.mean([error[known] < 1.96 for error in errors])
+    assert surrogate_study.measured_map(exact, truth)["inside_95"] == pytest.approx(inside)
+
+
+def test_table_and_figures(kept):
+    text = surrogate_report.markdown(kept[1])
+    found = kept[1]["models"]["thrust map"]
+    assert f"| thrust map | {found['searches']} | {found['restrictions']['mse']:.2g} |" in text
+    assert f"hold {found['inside_95']:.1%} of the speeds" in text
+    assert text.count("| thrust map, refined |") == len(kept[1]["curves"]["thrust map, refined"])
+    figure = surrogate_figures.plot_errors(kept[1])
+    assert isinstance(figure, Figure)
+    (line, goal) = figure.axes[0].lines
+    assert line.get_ydata().tolist() == [p["all"]["mse"] for p in kept[1]["curves"]["thrust map, refined"]]
+    assert goal.get_ydata()[0] == surrogate_figures.GOAL_MSE
+
+
+def test_the_jump_of_v_max_comes_out_right(monkeypatch):
+    """At 28398 ft with a jam of 2.1 deg V_max falls from 128 to 113 kt between 1.8 and 1.9 deg of flight path."""
+    monkeypatch.setattr(surrogate_figures, "FOLD_GAMMAS_DEG", (1.8, 1.9))
+    cut = surrogate_figures.fold_cut(lambda *_: None)
+    assert cut.exact_kt == pytest.approx([128.0, 113.0], abs=0.5)
+    assert cut.mapped.v_max_kt == pytest.approx(cut.exact_kt, abs=0.1)
+    assert abs(cut.network_kt - cut.exact_kt).max() > 3.0
+    assert len(surrogate_figures.plot_fold(cut).axes[0].lines) >= 3
+
+
+def test_command(ask, kept):
+    """On results that are kept already: one JSON object, three figures and a table."""
+    folder, results = kept
+    answer = ask("surrogates", "--only", "thrust map", "--output", str(folder), "--json")
+    assert answer.code == 0
+    assert json.loads(answer.out) == results
+    names = {path.name for path in folder.iterdir()}
+    assert names == {
+        "surrogates.json",
+        "surrogates.md",
+        "surrogate_surface.png",
+        "surrogate_fold.png",
+        "surrogate_errors.png",
+    }
+    refused = ask("surrogates", "--only", "oracle", "--output", str(folder))
+    assert (refused.code, refused.out) == (2, "")
+    assert "No model is named like 'oracle'" in refused.err
