@@ -131,7 +131,7 @@ def _compile(command: Sequence[str], platform: Platform, name: str, sources: dic
 def _object(compiler: Sequence[str], path: str, sources: dict[str, bytes], folder: str) -> str:
     """The compiled file in the folder; kept in this process, since FMUs of the same model or core share most files."""
     name = Path(path).with_suffix(".o").name
-    key = (*compiler, digest(_with_includes(path, sources)))
+    key = (*compiler, digest(with_includes(path, sources)))
     if key in _OBJECTS:
         Path(folder, name).write_bytes(_OBJECTS[key])
     else:
@@ -144,16 +144,15 @@ _OBJECTS: dict[tuple[str, ...], bytes] = {}
 _INCLUDE = re.compile(rb'^#include "([^"]+)"', re.MULTILINE)
 
 
-def _with_includes(path: str, sources: dict[str, bytes]) -> dict[str, bytes]:
-    """A file and all that it includes, directly or not."""
+def with_includes(path: str, sources: dict[str, bytes]) -> dict[str, bytes]:
+    """A file and all of the sources that it includes, directly or not."""
     found, open_paths = {}, [path]
     while open_paths:
         at = open_paths.pop()
         found[at] = sources[at]
         named = (name.decode() for name in _INCLUDE.findall(sources[at]))
-        near = ((posixpath.join(posixpath.dirname(at), name), name) for name in named)
-        paths = (next(p for p in pair if p in sources) for pair in near)
-        open_paths += [p for p in paths if p not in found]
+        paths = (path for name in named for path in (name, posixpath.join(posixpath.dirname(at), name)))
+        open_paths += [path for path in paths if path in sources and path not in found]
     return found
 
 

@@ -1,4 +1,4 @@
-"""Wrappers under AddressSanitizer and UBSan: kept and random sequences of FMI calls with any values."""
+"""Native FMUs under AddressSanitizer and UBSan: kept and random sequences of FMI calls with any values."""
 
 import os
 import shutil
@@ -7,90 +7,116 @@ from pathlib import Path
 
 import pytest
 
+from fmu_src.archive import digest
+from fmu_src.compiler import with_includes
 from fmu_src.native_packaging import NATIVE_MODELS
 
 FUZZ = Path(__file__).parent / "fuzz"
-STRINGS = 3000
 SEED = 20261122
-SANITIZED = ("-std=c99", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-I.")
+STRINGS = {
+    "dynamics-native": 2000,
+    "dynamics-native3": 2000,
+    "aircraft-native": 500,
+    "envelope-native3": 25,
+    "surrogate-native3": 200,
+}
+"""Random strings by model; an envelope takes some tenths of a second here."""
+
+PLAIN = ("-std=c99", "-g", "-O1", "-I.")
+SANITIZED = (*PLAIN, "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
-def unpack(folder: Path, model: str) -> list[str]:
-    """Sources of a native FMU and the driver in a folder; the files to compile."""
-    sources = NATIVE_MODELS[model](()).all_sources() | {"calls.c": (FUZZ / "calls.c").read_bytes()}
+def needs(*tools: str) -> None:
+    for tool in tools:
+        if shutil.which(tool) is None:
+            pytest.skip(f"{tool} is not installed")
+
+
+def compiled(compiler: str, flags: tuple[str, ...], path: str, sources: dict[str, bytes], folder: Path) -> str:
+    """One object of a file in the folder; made once for all models that share the file."""
+    parts = with_includes(path, sources) | {"with": " ".join((compiler, *flags)).encode()}
+    kept = folder.parent / f"{digest(parts)}.o"
+    if not kept.exists():
+        subprocess.run([compiler, *flags, "-c", path, "-o", kept], cwd=folder, check=True, capture_output=True)
+    return str(kept)
+
+
+def sources_of(model: str, networks: tuple, folder: Path) -> dict[str, bytes]:
+    """The C of a native FMU and the driver, written to a folder too."""
+    given = networks[2] if model.startswith("surrogate") else ()
+    sources = NATIVE_MODELS[model](given).all_sources() | {"calls.c": (FUZZ / "calls.c").read_bytes()}
     for name, content in sources.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
-    return sorted(name for name in sources if name.endswith(".c"))
+    return sources
 
 
-def has_sanitizers(folder: Path) -> bool:
+def driver_of(model: str, networks: tuple, folder: Path, compiler: str, *fuzzer: str) -> Path:
+    """The driver with an FMU; what generators wrote is compiled plainly, all else with sanitizers."""
+    place = folder / f"{model}-{compiler}"
+    sources = sources_of(model, networks, place)
+    own = (*SANITIZED, f"-DFMI={3 if model.endswith('3') else 2}", *fuzzer)
+    files = sorted(name for name in sources if name.endswith(".c"))
+    objects = [
+        compiled(compiler, PLAIN if name.startswith("generated/") else own, name, sources, place) for name in files
+    ]
+    subprocess.run([compiler, *own, "-o", "calls", *objects, "-lm"], cwd=place, check=True, capture_output=True)
+    return place / "calls"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("safety")
+
+
+@pytest.fixture(scope="module")
+def has_sanitizers(folder) -> bool:
+    needs("gcc")
     (folder / "empty.c").write_text("int main(void) { return 0; }\n")
-    command = ["gcc", "-fsanitize=address,undefined", "empty.c", "-o", "empty"]
-    built = subprocess.run(command, cwd=folder, capture_output=True).returncode == 0
-    return built and subprocess.run([folder / "empty"], capture_output=True).returncode == 0
+    built = subprocess.run(["gcc", *SANITIZED, "empty.c", "-o", "empty"], cwd=folder, capture_output=True)
+    return built.returncode == 0 and subprocess.run([folder / "empty"], capture_output=True).returncode == 0
 
 
-@pytest.fixture(scope="module", params=[("dynamics-native", 2), ("dynamics-native3", 3)], ids=["fmi2", "fmi3"])
-def driver(request, tmp_path_factory) -> Path:
-    """The driver with the sources of an FMU, compiled with sanitizers."""
-    if shutil.which("gcc") is None:
-        pytest.skip("gcc is not installed")
-    model, fmi = request.param
-    folder = tmp_path_factory.mktemp(model)
-    if not has_sanitizers(folder):
-        pytest.skip("gcc has no AddressSanitizer and UBSan here")
-    files = unpack(folder, model)
-    command = ["gcc", *SANITIZED, f"-DFMI={fmi}", "-o", "calls", *files, "-lm"]
-    built = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    assert built.returncode == 0, built.stderr
-    return folder / "calls"
-
-
-def test_sequences_of_calls(driver):
+@pytest.mark.parametrize("model", STRINGS)
+def test_sequences_of_calls(model, networks, folder, has_sanitizers):
     """The corpus holds whole lives of an instance in both kinds and what has once been wrong; then random strings."""
+    if not has_sanitizers:
+        pytest.skip("gcc has no AddressSanitizer and UBSan here")
+    driver = driver_of(model, networks, folder, "gcc")
     corpus = sorted((FUZZ / "corpus").iterdir())
     assert corpus
     environment = os.environ | {"ASAN_OPTIONS": "detect_leaks=1", "UBSAN_OPTIONS": "print_stacktrace=1"}
-    run = subprocess.run(
-        [driver, str(STRINGS), str(SEED), *corpus], capture_output=True, text=True, env=environment, timeout=500
-    )
+    command = [driver, str(STRINGS[model]), str(SEED), *corpus]
+    run = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=500)
     assert run.returncode == 0, run.stdout[-2000:] + run.stderr[-4000:]
-    assert run.stdout.startswith(f"{STRINGS} strings")
+    assert run.stdout.startswith(f"{STRINGS[model]} strings")
     assert run.stderr == ""
 
 
-def test_libfuzzer(tmp_path):
-    """The same driver under libFuzzer, where clang has it, for ten seconds from the corpus."""
-    if shutil.which("clang") is None:
-        pytest.skip("clang is not installed")
-    files = unpack(tmp_path, "dynamics-native")
-    command = ["clang", *SANITIZED, "-fsanitize=fuzzer", "-DFUZZER", "-DFMI=2", "-o", "calls", *files, "-lm"]
-    built = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    if built.returncode and "fuzzer" in built.stderr:
-        pytest.skip("clang has no libFuzzer here")
-    assert built.returncode == 0, built.stderr
-    shutil.copytree(FUZZ / "corpus", tmp_path / "corpus")
-    run = subprocess.run(
-        ["./calls", "-max_total_time=10", "-max_len=600", "-timeout=20", "corpus"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
+def test_libfuzzer(networks, folder):
+    """The same driver under libFuzzer, where clang has it, for some seconds from the corpus."""
+    needs("clang")
+    try:
+        driver = driver_of("dynamics-native", networks, folder, "clang", "-fsanitize=fuzzer", "-DFUZZER")
+    except subprocess.CalledProcessError as error:
+        if b"fuzzer" in error.stderr:
+            pytest.skip("clang has no libFuzzer here")
+        raise
+    shutil.copytree(FUZZ / "corpus", driver.parent / "corpus")
+    command = [driver, "-max_total_time=6", "-max_len=600", "-timeout=20", "corpus"]
+    run = subprocess.run(command, cwd=driver.parent, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr[-4000:]
 
 
-def test_no_state_outside_instances(tmp_path):
-    """No writable data in the compiled wrappers and the core: nothing that two instances could share."""
-    if shutil.which("nm") is None or shutil.which("gcc") is None:
-        pytest.skip("gcc and nm are not installed")
+def test_no_state_outside_instances(networks, tmp_path):
+    """No writable data in the compiled wrappers, models and core: nothing that two instances could share."""
+    needs("gcc", "nm")
+    objects = set()
     for model in NATIVE_MODELS:
-        if model.startswith("surrogate"):  # whose own C is written from networks
-            continue
-        folder = tmp_path / model
-        files = [name for name in unpack(folder, model) if name != "calls.c"]
-        subprocess.run(["gcc", "-std=c99", "-O0", "-fno-pic", "-I.", "-c", *files], cwd=folder, check=True)
-        for compiled in folder.glob("*.o"):
-            symbols = subprocess.run(["nm", compiled], capture_output=True, text=True, check=True).stdout
-            shared = [line for line in symbols.splitlines() if line.split()[-2] in ("b", "B", "C", "d", "D")]
-            assert shared == [], compiled.name
+        place = tmp_path / model
+        sources = sources_of(model, networks, place)
+        files = [name for name in sources if name.endswith(".c") and name != "calls.c"]
+        objects |= {compiled("gcc", ("-std=c99", "-O0", "-fno-pic", "-I."), name, sources, place) for name in files}
+    symbols = subprocess.run(["nm", *objects], capture_output=True, text=True, check=True).stdout
+    shared = [line for line in symbols.splitlines() if line.split()[-2:-1] in (["b"], ["B"], ["C"], ["d"], ["D"])]
+    assert shared == []

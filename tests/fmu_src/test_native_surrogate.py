@@ -1,8 +1,6 @@
 """GtmSurrogateNative against the networks that it carries, in every importer."""
 
 import ctypes
-import shutil
-import subprocess
 from pathlib import Path
 
 import casadi as ca
@@ -12,13 +10,11 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src import build
-from fmu_src.native_packaging import surrogate_contents
 from gtm_fmu.errors import InputError
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 from study.fmus import build_fmu
 from tests.fmu_src.conftest import CASE_RANGES
 from tests.fmu_src.native_session import DISCARD, OK, SESSIONS
-from tests.fmu_src.test_native_safety import FUZZ, SANITIZED, has_sanitizers
 
 CASE = ("altitude", "gamma", "rudder.lower", "rudder.upper")
 SPEEDS = ("v_min", "v_max", "v_min_std", "v_max_std", "margin.slow", "margin.fast")
@@ -186,16 +182,3 @@ def test_casadi_jacobian(native_surrogates, networks, fmi):
         np.testing.assert_allclose(results(u).full()[rows, 0] / M_S_PER_KT, networks[0].predict(case), rtol=1e-11)
         slopes = jacobian(u).full()[np.ix_(rows, columns)] * SI / M_S_PER_KT
         np.testing.assert_allclose(slopes, networks[0].gradient(case), rtol=1e-9, atol=1e-12)
-
-
-def test_sanitizers(networks, tmp_path):
-    """Random sequences of calls under AddressSanitizer and UBSan; FMI 2.0's wrapper is tested with the dynamics."""
-    if shutil.which("gcc") is None or not has_sanitizers(tmp_path):
-        pytest.skip("gcc has no AddressSanitizer and UBSan here")
-    sources = surrogate_contents(3, networks[2]).all_sources() | {"calls.c": (FUZZ / "calls.c").read_bytes()}
-    for name, content in sources.items():
-        (tmp_path / name).write_bytes(content)
-    files = sorted(name for name in sources if name.endswith(".c"))
-    subprocess.run(["gcc", *SANITIZED, "-DFMI=3", "-o", "calls", *files, "-lm"], cwd=tmp_path, check=True)
-    run = subprocess.run([tmp_path / "calls", "200", "7"], capture_output=True, text=True, timeout=300)
-    assert (run.returncode, run.stderr) == (0, ""), run.stdout[-2000:]
