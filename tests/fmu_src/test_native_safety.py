@@ -103,9 +103,10 @@ def test_libfuzzer(networks, folder):
             pytest.skip("clang has no libFuzzer here")
         raise
     shutil.copytree(FUZZ / "corpus", driver.parent / "corpus")
-    command = [driver, "-max_total_time=6", "-max_len=600", "-timeout=20", "corpus"]
+    command = [driver, "-max_total_time=6", "-max_len=600", "-timeout=200", "corpus"]
     run = subprocess.run(command, cwd=driver.parent, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr[-4000:]
+    assert "DONE" in run.stderr
 
 
 def test_no_state_outside_instances(networks, tmp_path):
