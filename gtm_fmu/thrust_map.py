@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from gtm_fmu import manoeuvre
 from gtm_fmu.core.library import address, library, rows
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import WIDEST
+from gtm_fmu.failures import WIDEST, Range
 
 RUDDER_MAP = Path(str(files("gtm_fmu") / "data" / "rudder_thrust_map.npz"))
 """The map of the rudder that comes with the package."""
@@ -154,6 +154,16 @@ class ThrustMap:
         return MapEnvelopes(
             v_min, v_max, v_min_std, v_max_std, feasible, inside, fold=found[:, 5] > 0, spare_thrust_lbf=found[:, 4]
         )
+
+    def predict_one(self, altitude_ft: float, gamma_deg: float, limits_deg: Range) -> dict[str, Any]:
+        """The same for one case, by the names of `MapEnvelopes` and ready for JSON: None where there is no speed.
+
+        Raises:
+            InputError: as `predict`.
+        """
+        found = self.predict([[altitude_ft, gamma_deg, *limits_deg]])
+        values = {name: column[0].item() for name, column in found._asdict().items()}
+        return {name: None if value != value else value for name, value in values.items()}
 
     def with_tolerances(self, **values: float) -> "ThrustMap":
         """The same map with other tolerances."""

@@ -84,6 +84,9 @@ def predict(
     gamma_deg: Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")] = 0.0,
     rudder_deg: Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Equal values are a jam.")] = (-30.0, 30.0),
     model: Annotated[Path | None, typer.Option(help="Folder of a study; default: the networks of the package.")] = None,
+    thrust_map: Annotated[
+        bool, typer.Option("--thrust-map", help="By the thrust map, the most exact emulator, not by networks.")
+    ] = False,
     at: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="An input of MODEL; for each one.")] = None,
     data: Annotated[Path | None, typer.Option(help="Table with the inputs of MODEL, in the place of --at.")] = None,
     output: Annotated[Path | None, typer.Option(help="Table for its outputs: .csv or .parquet.")] = None,
@@ -100,12 +103,20 @@ def predict(
             raise InputError("Missing option '--altitude-ft'; see `gtm-fmu predict --help`.")
         if at or data or output:
             raise InputError("--at, --data and --output are for a model of your own: give its file, or leave them out.")
+        if thrust_map:
+            if model is not None:
+                raise InputError(f"--model {model} is a folder of networks; leave it out with --thrust-map.")
+            from gtm_fmu.thrust_map import ThrustMap
+
+            found = ThrustMap.load().predict_one(altitude_ft, gamma_deg, rudder_deg)
+            show(found, as_json, "Envelope by the thrust map")
+            return
         from study.emulator import RudderEmulator
 
         envelope = RudderEmulator.load(model).predict(altitude_ft, gamma_deg, rudder_deg)
         show(asdict(envelope), as_json, "Predicted envelope")
         return
-    if altitude_ft is not None or model is not None:
+    if altitude_ft is not None or model is not None or thrust_map:
         given = f"Got unexpected extra argument ({model_file}) beside a flight condition"
         raise InputError(f"{given}: give the condition alone, or the file of a model and --at.")
     own = load(model_file)

@@ -53,10 +53,10 @@ class Contender(NamedTuple):
     cases: int | None = None
 
 
-def _bayesian(hidden: int = 10, epochs: int = 500) -> Any:
+def _bayesian(hidden: int = 10, restarts: int = 6, epochs: int = 500) -> Any:
     from surrogate.estimators import BayesianRegularizationRegressor
 
-    return BayesianRegularizationRegressor(hidden, restarts=6, epochs=epochs, random_state=0)
+    return BayesianRegularizationRegressor(hidden, restarts=restarts, epochs=epochs, random_state=0)
 
 
 def _levenberg_marquardt() -> Any:
@@ -84,7 +84,7 @@ def contenders() -> dict[str, Contender]:
         f"{name}, Sobol cases": Contender("sobol_cases", partial(CaseModel, CASE_ESTIMATORS[name]))
         for name in ("BR network 4-10-2", "Gaussian process", "support vectors")
     }
-    network = partial(_bayesian, 30, 200)
+    network = partial(_bayesian, 30, 2, 200)
     jam_maps = {
         f"{name}, jam map": Contender("sobol_jams", partial(JamModel, make), 2048)
         for name, make in (("Gaussian process", gaussian_process), ("BR network 3-30-2", network))
@@ -160,7 +160,7 @@ def _jobs(folder: Path, truth: OffLattice) -> dict[tuple[str, str], Callable[[Ad
     for solutions in SURFACE_SOLUTIONS:
         name = f"Gaussian process, {solutions} thrusts"
         jobs["models", name] = partial(surface, gaussian_process, solutions)
-    jobs["models", "BR network 4-30-1, 4000 thrusts"] = partial(surface, partial(_bayesian, 30, 300), 4000)
+    jobs["models", "BR network 4-20-1, 4000 thrusts"] = partial(surface, partial(_bayesian, 20, 2, 200), 4000)
     jobs["curves", "thrust map, refined"] = map_curve
     for name, chosen in (("lattice", _lattices), ("random", _first), ("sobol", _first), ("adaptive", _adaptive)):
         jobs["curves", f"jam map, {name}"] = partial(jam_curve, chosen, name)
@@ -248,7 +248,7 @@ def _other(folder: Path, failure: str, advance: Advance) -> dict[str, Any]:
         ("Gaussian process", gaussian_process),
         ("support vectors", support_vectors),
         ("boosted trees", boosted_trees),
-        ("BR network", partial(_bayesian, 15, 200)),
+        ("BR network", partial(_bayesian, 15, 3, 200)),
     ):
         started = time.process_time()
         model = CaseModel(make).fit(training)

@@ -209,6 +209,15 @@ def test_a_small_survey_agrees_with_the_exact_solver():
     assert found.v_max_kt[0] == pytest.approx(exact.v_max_kt, abs=2.0)
 
 
+def test_one_case(rudder):
+    found = rudder.predict_one(10000.0, 0.0, (-10.0, 20.0))
+    many = rudder.predict([[10000.0, 0.0, -10.0, 20.0]])
+    assert json.loads(json.dumps(found)) == {name: column[0] for name, column in many._asdict().items()}
+    without = rudder.predict_one(30000.0, 5.0, (25.0, 30.0))
+    assert (without["feasible"], without["v_min_kt"], without["v_max_std_kt"]) == (False, None, None)
+    assert without["spare_thrust_lbf"] < 0
+
+
 def test_domain(rudder):
     found = rudder.predict([[36089.0, 5.0, 0.0, 0.0], [0.0, 5.01, 0.0, 0.0], [0.0, -5.0, -30.0, 30.0]])
     assert found.in_domain.tolist() == [True, False, True]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_fmu.thrust_map import ThrustMap
 from study import off_lattice, surrogate_figures, surrogate_report, surrogate_study
@@ -101,3 +102,17 @@ def test_command(ask, kept):
     refused = ask("surrogates", "--only", "oracle", "--output", str(folder))
     assert (refused.code, refused.out) == (2, "")
     assert "No model is named like 'oracle'" in refused.err
+
+
+def test_predict_by_the_map(ask):
+    """Nearer to the exact solver than a tenth of a knot, where the networks are off by more."""
+    exact = FlightCondition(10000.0, 0.0).envelope((-10.0, 20.0))
+    case = ["predict", "--altitude-ft", "10000", "--rudder-deg", "-10", "20", "--json"]
+    by_map = ask(*case, "--thrust-map").json
+    assert (by_map["feasible"], by_map["in_domain"], by_map["fold"]) == (True, True, False)
+    assert by_map["v_min_kt"] == pytest.approx(exact.v_min_kt, abs=0.1)
+    assert by_map["v_max_kt"] == pytest.approx(exact.v_max_kt, abs=0.1)
+    assert abs(ask(*case).json["v_max_kt"] - exact.v_max_kt) > abs(by_map["v_max_kt"] - exact.v_max_kt)
+    refused = ask(*case, "--thrust-map", "--model", "elsewhere")
+    assert (refused.code, refused.out) == (2, "")
+    assert "leave it out with --thrust-map" in refused.err
