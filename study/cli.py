@@ -196,7 +196,9 @@ def envelope(
 def build(
     names: Annotated[
         list[str] | None,
-        typer.Argument(help="dynamics, envelope, surrogate; in C with -native (FMI 2.0) or -native3 (FMI 3.0)."),
+        typer.Argument(
+            help="dynamics, aircraft, envelope, surrogate; in C with -native (FMI 2.0), -native3 (FMI 3.0)."
+        ),
     ] = None,
     output: Annotated[Path, typer.Option(help="Folder of the FMUs.")] = Path("build/fmu"),
     model: Annotated[Path | None, typer.Option(help="Folder of a study, for the surrogate's networks.")] = None,
@@ -205,10 +207,10 @@ def build(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Build FMUs; without names dynamics, envelope and surrogate.
+    """Build FMUs; without names dynamics, aircraft, envelope and surrogate.
 
-    Those are FMI 2.0 co-simulation and need a Python in the importing tool. The native ones need none, and do model
-    exchange too: dynamics-native, envelope-native, surrogate-native, and each with a 3 at the end.
+    Those are FMI 2.0 co-simulation and need a Python in the importing tool. The native ones need none, and all but the
+    aircraft do model exchange too: dynamics-native, aircraft-native and so on, and each with a 3 at the end.
     """
     from study.fmus import MODELS, build_fmu
     from study.progress import stages

@@ -7,6 +7,8 @@ from gtm_fmu import core
 from gtm_fmu.airframe.names import SERVO_GROUPS, SIMULATION_OUTPUTS
 from gtm_fmu.core.simulation import Simulation
 from gtm_fmu.errors import InputError
+from gtm_fmu.steady import trim
+from gtm_fmu.units import KT_PER_FT_S
 from tests.reference import plain_actuators, plain_configuration, plain_model
 from tests.reference.plain_simulation import Flight
 from tests.reference.spec_values import POINT_A
@@ -216,3 +218,13 @@ def test_the_time_of_a_failure_is_met_by_steps_that_do_not_sum_up_to_it():
         simulation.advance(TRIM, 0.02, 0.02)
     assert sum([0.02] * 1500) < 30
     assert output(simulation, TRIM, "rudder_least") == 12
+
+
+@pytest.mark.parametrize(("alpha_off_deg", "altitude_ft"), [(0, 1290.0), (2, 1286.2)])
+def test_published_climbing_turn(alpha_off_deg, altitude_ft):
+    """SPEC 13: 60 s of the climbing turn (eas 95, gamma 3, 10 deg/s) from 800 ft, from trim and alpha 2 deg off it."""
+    turn = trim(800, 162.23401 * KT_PER_FT_S, 3, 10, phi_deg=(-60, 60))
+    x, u = turn.state_and_controls
+    alpha = np.radians(turn.alpha_deg + alpha_off_deg)
+    x[[0, 2]] = np.hypot(x[0], x[2]) * np.array([np.cos(alpha), np.sin(alpha)])
+    assert Simulation(x).advance(u, 60, STEP)[8] == pytest.approx(altitude_ft, abs=0.05)

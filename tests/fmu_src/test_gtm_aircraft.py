@@ -8,9 +8,11 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src.aircraft_variables import aircraft_description
-from gtm_fmu.airframe.names import SIMULATION_INPUTS, SIMULATION_SETTINGS
+from gtm_fmu.airframe.names import CONTROLS, SIMULATION_INPUTS, SIMULATION_SETTINGS, STATES
 from gtm_fmu.client import FmuClient, FmuError
 from gtm_fmu.core.simulation import DEFAULTS, Simulation
+from gtm_fmu.steady import trim
+from gtm_fmu.trim import FmuTrimmer
 from tests.fmu_src.conftest import AIRCRAFT
 from tests.fmu_src.native_session import DISCARD, ERROR, OK, SESSIONS
 
@@ -186,3 +188,16 @@ class TestNativeCalls:
             assert call("SetBoolean", "damage.case", True)[0] == ERROR
             assert session.texts()[0].startswith("There is no Boolean variable")
             assert DISCARD not in {status for status, _, _ in session.messages}
+
+
+@pytest.mark.parametrize("name", AIRCRAFT[:2])
+def test_a_trim_over_it_has_no_actuators(paths, name):
+    """Before the first step they have settled, so that it is the trim of the bare airframe."""
+    places = {
+        "states": [f"state.{state}" for state in STATES],
+        "derivatives": [f"der(state.{state})" for state in STATES],
+        "controls": [f"control.{control}" for control in CONTROLS],
+    }
+    with FmuClient(paths[name], **places) as fmu:
+        found = FmuTrimmer(fmu).trim(altitude_ft=10000, tas_kt=118.5, turn_rate_deg_s=2)
+    np.testing.assert_allclose(found.unknowns, trim(10000, 118.5, 0, 2).unknowns, rtol=1e-9, atol=1e-9)
