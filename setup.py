@@ -9,6 +9,7 @@ from setuptools.command.build_ext import build_ext
 
 ROOT = Path(__file__).parent
 CORE = ROOT / "gtm_fmu" / "core"
+C_FLAGS = ["-std=c99", "-O3", "-fno-math-errno", "-g0", "-fvisibility=hidden"]
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
@@ -54,6 +55,8 @@ setup(
                 "gtm_fmu/core/cell.c",
                 "gtm_fmu/core/trim.c",
                 "gtm_fmu/core/manifold.c",
+                "gtm_fmu/core/step.c",
+                "gtm_fmu/core/descent.c",
                 "gtm_fmu/core/linear_program.c",
                 "gtm_fmu/core/envelope.c",
                 "gtm_fmu/core/grid.c",
@@ -80,7 +83,7 @@ setup(
                 "gtm_fmu/core/solver.h",
                 "gtm_fmu/core/thrust_map.h",
             ],
-            extra_compile_args=[] if sys.platform == "win32" else ["-std=c99", "-O2", "-g0", "-fvisibility=hidden"],
+            extra_compile_args=[] if sys.platform == "win32" else C_FLAGS,
         )
     ],
     cmdclass={"build_ext": BuildCore, "bdist_wheel": PlatformWheel},

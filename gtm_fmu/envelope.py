@@ -7,18 +7,21 @@ ones.
 """
 
 from dataclasses import asdict, dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
 from gtm_fmu import manoeuvre
+from gtm_fmu.airframe.names import FULL_CONTROLS
 from gtm_fmu.boundary import Boundary, BoundaryPoint, traced
 from gtm_fmu.core import solver
+from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.failures import ControlLimits, Failure, Range
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, PSI_DOT, RUDDER, THROTTLE, Trim, V
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
+_KNOWN_ENDS = 4096
 THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
 
 _GAP_STEP_KT, _EDGE_TOLERANCE_KT, _HELD = 0.5, 0.001, 1e-6
@@ -83,6 +86,7 @@ class FlightCondition:
         self.failure = Failure.of(limits)
         self.alpha_deg, self.phi_deg = alpha_deg, phi_deg
         self._lower, self._upper = manoeuvre.bounds(self.failure, alpha_deg, phi_deg)
+        self._is_rudder_dead = solver.dead_controls(self.failure.configuration)[FULL_CONTROLS.index("rudder")]
 
     def changed(
         self, altitude_ft: float | None = None, gamma_deg: float | None = None, failure: Failure | None = None
@@ -206,7 +210,7 @@ class FlightCondition:
 
     def _bounds_with(self, rudder_deg: Range) -> tuple[np.ndarray, np.ndarray]:
         lower, upper = self._lower.copy(), self._upper.copy()
-        lower[RUDDER], upper[RUDDER] = rudder_deg
+        lower[RUDDER], upper[RUDDER] = (np.clip(0.0, *rudder_deg),) * 2 if self._is_rudder_dead else rudder_deg
         return lower, upper
 
     def _extreme(
@@ -214,15 +218,42 @@ class FlightCondition:
     ) -> solver.Extreme:
         """Extreme of the goal's unknown, at one speed or any, from given starts or from the core's own."""
         lower, upper = self._bounds_with(rudder_deg)
-        objective = np.zeros(len(lower))
         unknown, sign = goal
-        objective[unknown] = sign
         if unknown == THROTTLE and not self._has_two_throttles:
             upper[THROTTLE] = THROTTLE_WITHOUT_LIMIT
         if tas_kt is not None:
             lower[V] = upper[V] = tas_kt * FT_S_PER_KT
-        at, airframe = (self.altitude_ft, self.gamma_deg * RAD_PER_DEG, lower, upper, objective), self.failure.airframe
-        return solver.envelope_end(*at, airframe) if starts is None else solver.extreme(*at, starts, airframe)
+        at, airframe = (self.altitude_ft, self.gamma_deg * RAD_PER_DEG), self.failure.airframe
+        if starts is not None:
+            return solver.extreme(*at, lower, upper, _objective(goal, len(lower)), starts, airframe)
+        found = []
+        for piece in solver.rudder_pieces(lower[RUDDER], upper[RUDDER]):
+            lower[RUDDER], upper[RUDDER] = piece
+            found.append(_end_of_piece(*at, tuple(lower.tolist()), tuple(upper.tolist()), goal, airframe))
+        best = min(end.status for end in found)
+        among = (end for end in found if end.status == best)
+        return min(among, key=lambda end: sign * end.y[unknown] if best == solver.TRIMMED else end.violation)
+
+
+def _objective(goal: tuple[int, float], unknowns: int) -> np.ndarray:
+    objective = np.zeros(unknowns)
+    objective[goal[0]] = goal[1]
+    return objective
+
+
+@lru_cache(maxsize=_KNOWN_ENDS)
+def _end_of_piece(
+    altitude_ft: float,
+    gamma: float,
+    lower: tuple[float, ...],
+    upper: tuple[float, ...],
+    goal: tuple[int, float],
+    airframe: Configuration | None,
+) -> solver.Extreme:
+    """An end over one of the `solver.rudder_pieces`, which many ranges of the same condition share."""
+    found = solver.envelope_end(altitude_ft, gamma, lower, upper, _objective(goal, len(lower)), airframe)
+    found.y.flags.writeable = False
+    return found
 
 
 def envelope(

@@ -9,33 +9,38 @@ from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.atmosphere import Atmosphere
 from gtm_fmu.airframe.engines import both_engines
 from gtm_fmu.airframe.mass import MassProperties
+from gtm_fmu.airframe.motion import Attitude
 
 
 class SteadyManoeuvre(NamedTuple):
-    """Body velocity (ft/s), body rates (rad/s), theta (rad) and flow of a steady manoeuvre."""
+    """Body velocity (ft/s), body rates (rad/s), theta (rad), attitude heading north, and flow of a steady manoeuvre."""
 
     velocity: ca.SX
     rates: ca.SX
     theta: ca.SX
+    attitude: Attitude
     flow: AirData
 
 
-def pitch_angle(gamma, phi, flow: AirData):
-    """Pitch angle in rad that gives the flight-path angle gamma (paper eq. 24, SPEC 9)."""
+def pitch_tangent(gamma, sin_phi, cos_phi, flow: AirData):
+    """Legs, opposite and adjacent, of the pitch angle that gives the flight-path angle gamma (paper eq. 24, SPEC 9)."""
     a = flow.cos_alpha * flow.cos_beta
-    c = ca.sin(phi) * flow.sin_beta + ca.cos(phi) * flow.sin_alpha * flow.cos_beta
+    c = sin_phi * flow.sin_beta + cos_phi * flow.sin_alpha * flow.cos_beta
     s = ca.sin(gamma)
     square = ca.fmax(a**2 - s**2 + c**2, 1e-12)  # an iterate may pass where no pitch angle gives gamma
-    return ca.atan2(a * c + s * ca.sqrt(square), a**2 - s**2)
+    return a * c + s * ca.sqrt(square), a**2 - s**2
 
 
 def steady_manoeuvre(y, gamma, air: Atmosphere) -> SteadyManoeuvre:
     """The manoeuvre of trim unknowns y (order `names.TRIM_UNKNOWNS`) at gamma in rad (paper eqs 24-28)."""
     V, alpha, beta, psi_dot, phi = (y[i] for i in range(5))
     flow = airdata.from_angles(V, alpha, beta, air)
-    theta = pitch_angle(gamma, phi, flow)
-    rates = psi_dot * ca.vertcat(-ca.sin(theta), ca.cos(theta) * ca.sin(phi), ca.cos(theta) * ca.cos(phi))
-    return SteadyManoeuvre(airdata.velocity(flow), rates, theta, flow)
+    sin_phi, cos_phi = ca.sin(phi), ca.cos(phi)
+    opposite, adjacent = pitch_tangent(gamma, sin_phi, cos_phi, flow)
+    length = ca.sqrt(opposite**2 + adjacent**2)
+    att = Attitude(sin_phi, cos_phi, opposite / length, adjacent / length, ca.SX(0), ca.SX(1))
+    rates = psi_dot * motion.down(att)
+    return SteadyManoeuvre(airdata.velocity(flow), rates, ca.atan2(opposite, adjacent), att, flow)
 
 
 def trim_residual(y, gamma, air: Atmosphere, C, mass: MassProperties, running=None):
@@ -44,6 +49,5 @@ def trim_residual(y, gamma, air: Atmosphere, C, mass: MassProperties, running=No
     With ``running`` (2) given the last two of y are the throttles of the left and of the right engine.
     """
     steady = steady_manoeuvre(y, gamma, air)
-    att = motion.attitude(y[4], steady.theta, ca.SX(0))
     engines = both_engines(y[8:], steady.flow, running)
-    return motion.accelerations(steady.velocity, steady.rates, att, steady.flow, C, engines, mass)
+    return motion.accelerations(steady.velocity, steady.rates, steady.attitude, steady.flow, C, engines, mass)

@@ -10,8 +10,8 @@ SIX, THREE = 8, 4
 
 
 def function(name: str, arguments: list, results: list) -> ca.Function:
-    """A function with dense results."""
-    return ca.Function(name, arguments, [ca.densify(result) for result in results])
+    """A function with dense results, in which no term is computed twice."""
+    return ca.Function(name, arguments, ca.cse([ca.densify(result) for result in results]))
 
 
 def slope_through_tables(result, wrt, C, T, lookups):

@@ -1,38 +1,66 @@
-/* V_min and V_max of a flight condition under limits: local optima are many, so each end is sought from many starts,
-   first spread over the whole range, then about the best point found (another bank or deflection may do better). */
+/* V_min and V_max of a flight condition under limits. Local optima are many: a range of the rudder is searched in pieces,
+   for optima lie on either side of its breakpoints, and each piece from many starts, first spread over all of it, then
+   about the best point found (another bank or deflection may do better). */
 #include <math.h>
 #include <string.h>
 
 #include "solver.h"
 
-enum { SPEEDS = 6, DESCENT_SPEEDS = 9, BANKS = 3, DEFLECTIONS = 3, NEAR_BANKS = 5, NEAR_DEFLECTIONS = 10 };
+enum { MOST_FREE = 3, NEAR_BANKS = 4, NEAR_ROUNDS = 3 };
+static const int starts_of[MOST_FREE + 1] = {1, 6, 16, 24}; /* with so many of speed, bank and deflection free */
+static const int of_descents = 3;                           /* times as many, over more speeds */
+enum { MOST_SPREAD = 72, MOST_NEAR = 6 * NEAR_BANKS + 7 };
 static const double slowest = 97, fastest = 320; /* ft/s, of the starts: stall at sea level, and level flight */
 static const double steep = -0.095;              /* rad: below, idle thrust is too much at moderate speeds */
 static const double fastest_descent = 590;
-static const double nearer = 3;                  /* ft/s inside the best end */
+static const double piece = 10;                  /* deg, of the rudder's range; all its breakpoints are multiples */
 
-/* Cold trims at every combination of speeds, banks and deflections. */
-static long starts_at(const gtm_problem *p, int speeds, const double *speed, int banks, const double *bank,
-                      int deflections, const double *deflection, double *starts)
+double gtm_rudder_piece_end(double from, double upper)
 {
-    double held[3 * DESCENT_SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS];
-    long n = 0;
-    for (int i = 0; i < speeds; i++)
-        for (int j = 0; j < banks; j++)
-            for (int k = 0; k < deflections; k++, n++) {
-                held[3 * n] = speed[i];
-                held[3 * n + 1] = bank[j];
-                held[3 * n + 2] = deflection[k];
-            }
+    return fmin(piece * (floor(from / piece) + 1), upper);
+}
+
+/* Cold trims at n speeds, evenly spread or, crowded, closer together where they are slow; their banks and deflections
+   follow Roberts's sequence of the plastic number, which fills the plane evenly. */
+static long starts_over(const gtm_problem *p, int n, int is_crowded, const double lower[3], const double upper[3],
+                        double *starts)
+{
+    static const double plastic[3] = {0, 0.7548776662466927, 0.5698402909980532};
+    double held[3 * MOST_SPREAD];
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < 3; i++) {
+            double along = i == 0 ? (k + 0.5) / n : fmod(0.5 + k * plastic[i], 1);
+            if (i == 0 && is_crowded) along *= along;
+            held[3 * k + i] = lower[i] + along * (upper[i] - lower[i]);
+        }
     return gtm_find_starts(p, n, held, starts);
 }
 
-/* Evenly spread values; one if both ends agree. */
-static int spread(double lower, double upper, int count, double *values)
+/* Cold trims about an end y that was found: a little inside and beyond its speed over all banks, with its deflection and
+   those of the piece's ends; and at its bank with deflections beside its own, for there may be an optimum on either side
+   of a kink. */
+static long starts_near(const gtm_problem *p, const double *y, const double *lower, const double *upper,
+                        const double *objective, double *starts)
 {
-    if (lower == upper) count = 1;
-    for (int i = 0; i < count; i++) values[i] = count > 1 ? lower + (upper - lower) * i / (count - 1) : lower;
-    return count;
+    static const double inside = 1, beyond = 2, beside[] = {-3, -1.5, -0.5, 0.5, 1.5, 3}; /* ft/s, deg */
+    const double outward = (objective[V] < 0) - (objective[V] > 0);
+    const double deflection[3] = {y[RUDDER], lower[RUDDER], upper[RUDDER]};
+    const int speeds = outward != 0 && lower[V] < upper[V] ? 2 : 1;
+    double held[3 * MOST_NEAR], *next = held;
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < NEAR_BANKS && (k == 0 || deflection[k] != deflection[0]); i++)
+            for (int j = 0; j < speeds; j++, next += 3) {
+                next[0] = y[V] + outward * (j ? beyond : -inside);
+                next[1] = lower[PHI] + (0.05 + 0.9 * i / (NEAR_BANKS - 1)) * (upper[PHI] - lower[PHI]);
+                next[2] = deflection[k];
+            }
+    for (int k = 0; k < 6; k++) {
+        next[0] = y[V] - outward * inside;
+        next[1] = y[PHI];
+        next[2] = y[RUDDER] + beside[k];
+        if (next[2] > lower[RUDDER] && next[2] < upper[RUDDER]) next += 3;
+    }
+    return gtm_find_starts(p, (next - held) / 3, held, starts);
 }
 
 /* With a throttle for each engine: every start also with more thrust on the left, and on the right. */
@@ -51,47 +79,68 @@ static long with_thrust_apart(const gtm_problem *p, long n, double *starts)
     return 3 * n;
 }
 
-static int better(int status, double value, double violation, int than_status, double than_value,
-                  double than_violation)
+/* An end and how far it is from one: y inside the bounds with the least objective, or exceeding them least. */
+typedef struct {
+    int status;
+    double y[GTM_FULL_NT], value, violation;
+} end;
+
+static const end nothing = {GTM_NO_TRIM, {0}, INFINITY, INFINITY};
+
+static end search(const gtm_problem *p, const double *lower, const double *upper, const double *objective, long n,
+                  const double *starts)
 {
-    if (status != than_status) return status < than_status;
-    return status == GTM_TRIMMED ? value < than_value : violation < than_violation;
+    end e = nothing;
+    e.status = gtm_find_extreme(p, lower, upper, objective, n, starts, e.y, &e.violation);
+    e.value = 0;
+    for (int i = 0; i < p->unknowns; i++) e.value += objective[i] * e.y[i];
+    return e;
+}
+
+static end better(end a, end b)
+{
+    if (a.status != b.status) return a.status < b.status ? a : b;
+    return (a.status == GTM_TRIMMED ? b.value < a.value : b.violation < a.violation) ? b : a;
+}
+
+/* The end over one piece of the rudder's range. */
+static end search_piece(const gtm_problem *p, const double *lower, const double *upper, const double *objective)
+{
+    double starts[3 * (MOST_SPREAD > MOST_NEAR ? MOST_SPREAD : MOST_NEAR) * GTM_FULL_NT];
+    const double stall = slowest * sqrt(gtm_condition_at(0, 0).density / p->at.density);
+    const int descends = p->at.gamma < steep;
+    const double top = fmin(upper[V], descends ? fastest_descent : fastest);
+    const double low[3] = {fmin(fmax(lower[V], stall), top), lower[PHI], lower[RUDDER]};
+    const double high[3] = {top, upper[PHI], upper[RUDDER]};
+    int is_free = 0;
+    for (int i = 0; i < 3; i++) is_free += low[i] < high[i];
+    const int count = starts_of[is_free] * (descends && low[0] < high[0] ? of_descents : 1);
+    long n = starts_over(p, count, descends, low, high, starts);
+    end best = search(p, lower, upper, objective, n, starts);
+    for (int round = 0, improves = 1; improves && round < NEAR_ROUNDS && best.status != GTM_NO_TRIM; round++) {
+        n = starts_near(p, best.y, lower, upper, objective, starts);
+        n = with_thrust_apart(p, n, starts);
+        const end before = best;
+        best = better(before, search(p, lower, upper, objective, n, starts));
+        improves = best.status != before.status || fabs(best.value - before.value) > 1e-6 * fabs(before.value);
+    }
+    return best;
 }
 
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
                  double *violation)
 {
-    double starts[DESCENT_SPEEDS * NEAR_BANKS * NEAR_DEFLECTIONS * GTM_FULL_NT];
-    double speed[DESCENT_SPEEDS], bank[NEAR_BANKS], deflection[NEAR_DEFLECTIONS];
-    const double margin = 0.1 * (upper[PHI] - lower[PHI]);
-    const double stall = slowest * sqrt(gtm_condition_at(0, 0).density / p->at.density);
-    const int descends = p->at.gamma < steep;
-    const double top = fmin(upper[V], descends ? fastest_descent : fastest);
-    const int speeds = spread(fmax(lower[V], stall), top, descends ? DESCENT_SPEEDS : SPEEDS, speed);
-    int banks = spread(lower[PHI] + margin, upper[PHI] - margin, BANKS, bank);
-    int deflections = spread(lower[RUDDER], upper[RUDDER], DEFLECTIONS, deflection);
-    long n = starts_at(p, speeds, speed, banks, bank, deflections, deflection, starts);
-    int status = gtm_find_extreme(p, lower, upper, objective, n, starts, y, violation);
-    if (status == GTM_NO_TRIM) return status;
-
-    banks = spread(lower[PHI] + 0.5 * margin, upper[PHI] - 0.5 * margin, NEAR_BANKS, bank);
-    deflections = spread(lower[RUDDER], upper[RUDDER], 5, deflection);
-    if (lower[RUDDER] < upper[RUDDER]) {
-        static const double about[] = {-3, -1, 1, 3};
-        for (int k = 0; k < 4; k++)
-            deflection[deflections++] = fmin(fmax(y[RUDDER] + about[k], lower[RUDDER]), upper[RUDDER]);
-        if (lower[RUDDER] < 0 && upper[RUDDER] > 0) deflection[deflections++] = 0;
-    }
-    speed[0] = objective[V] > 0 ? y[V] + nearer : objective[V] < 0 ? y[V] - nearer : y[V];
-    n = starts_at(p, 1, speed, banks, bank, deflections, deflection, starts);
-    n = with_thrust_apart(p, n, starts);
-    double other[GTM_FULL_NT] = {0}, other_violation, value = 0, other_value = 0;
-    const int other_status = gtm_find_extreme(p, lower, upper, objective, n, starts, other, &other_violation);
-    for (int i = 0; i < p->unknowns; i++) value += objective[i] * y[i], other_value += objective[i] * other[i];
-    if (better(other_status, other_value, other_violation, status, value, *violation)) {
-        memcpy(y, other, sizeof *y * (size_t)p->unknowns);
-        *violation = other_violation;
-        status = other_status;
-    }
-    return status;
+    double low[GTM_FULL_NT], high[GTM_FULL_NT];
+    const size_t row = sizeof *y * (size_t)p->unknowns;
+    end best = nothing;
+    memcpy(low, lower, row);
+    memcpy(high, upper, row);
+    do {
+        high[RUDDER] = gtm_rudder_piece_end(low[RUDDER], upper[RUDDER]);
+        best = better(best, search_piece(p, low, high, objective));
+        low[RUDDER] = high[RUDDER];
+    } while (low[RUDDER] < upper[RUDDER]);
+    *violation = best.violation;
+    if (best.status != GTM_NO_TRIM) memcpy(y, best.y, row);
+    return best.status;
 }

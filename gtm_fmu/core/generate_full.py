@@ -70,7 +70,7 @@ def trim_functions() -> list[ca.Function]:
     steady = steady_manoeuvre.steady_manoeuvre(t, gamma, air)
     K = lookup_arguments(steady.flow, steady.rates, t[5:8], parameters.damaged)
     F = steady_manoeuvre.trim_residual(t, gamma, air, C, parameters.mass, parameters.running)
-    wind = parameters.wind_body(altitude, motion.attitude(t[4], steady.theta, ca.SX(0)))
+    wind = parameters.wind_body(altitude, steady.attitude)
     state = ca.vertcat(steady.velocity + wind, steady.rates, 0, 0, altitude, t[4], steady.theta, 0)
     return [
         function("cas_full_trim_lookup", [t, condition, vector], [K]),

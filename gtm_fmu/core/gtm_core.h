@@ -81,7 +81,11 @@ GTM_API int gtm_extreme(double altitude, double gamma, const double lower[GTM_NT
                         const double objective[GTM_NT], long n, const double *starts, double best[GTM_NT],
                         double *violation);
 
-/* The same, sought from many starts over the whole range and then about the best: for V_min, V_max, the least throttle. */
+/* A range of the rudder is searched in pieces, each on its own: where the one ends that begins at `from`. */
+GTM_API double gtm_rudder_piece_end(double from, double upper);
+
+/* The same, sought from many starts over each piece of the rudder's range and then about the best: for V_min, V_max, the
+   least throttle. */
 GTM_API int gtm_envelope_end(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
                              const double objective[GTM_NT], double best[GTM_NT], double *violation);
 

@@ -8,6 +8,7 @@ that nothing follows, their surfaces lost or their engines out, are held as near
 """
 
 import ctypes
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -133,8 +134,18 @@ def extreme(
 def envelope_end(
     altitude: float, gamma: float, lower, upper, objective, configuration: Configuration | None = None
 ) -> Extreme:
-    """The same from starts of its own, over the whole range and then about the best point found."""
+    """The same from starts of its own, over each of the `rudder_pieces` and then about the best point found."""
     return _search("gtm_full_envelope_end", configuration, altitude, gamma, lower, upper, objective)
+
+
+def rudder_pieces(lower: float, upper: float) -> list[tuple[float, float]]:
+    """The pieces in which `envelope_end` searches a range of the rudder in deg; the best of their ends is its own."""
+    piece_end = library().gtm_rudder_piece_end
+    piece_end.restype = ctypes.c_double
+    ends = [lower, piece_end(ctypes.c_double(lower), ctypes.c_double(upper))]
+    while ends[-1] < upper:
+        ends.append(piece_end(ctypes.c_double(ends[-1]), ctypes.c_double(upper)))
+    return list(pairwise(ends))
 
 
 def trim_states(

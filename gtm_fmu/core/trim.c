@@ -12,6 +12,7 @@ static const double least[GTM_FULL_NT] = {20, -0.5, -0.7, -3, -1.4, -60, -60, -6
 static const double most[GTM_FULL_NT] = {600, 0.34, 0.7, 3, 1.4, 60, 60, 60, 400, 400};
 
 static const double converged = 1e-11; /* largest acceleration, ft/s^2 and rad/s^2 */
+static const double nearly = 1e-4;     /* so near, one more step converges */
 enum { MOST_ITERATIONS = 40 };
 
 double gtm_residual_norm(const double F[GTM_NF])
@@ -23,7 +24,7 @@ double gtm_residual_norm(const double F[GTM_NF])
     return norm;
 }
 
-int gtm_solve(int n, double *A, double *b)
+static inline int eliminate(int n, double *A, double *b)
 {
     for (int k = 0; k < n; k++) {
         int pivot = k;
@@ -53,6 +54,11 @@ int gtm_solve(int n, double *A, double *b)
     return 0;
 }
 
+int gtm_solve(int n, double *A, double *b)
+{
+    return n == GTM_NF ? eliminate(GTM_NF, A, b) : eliminate(n, A, b); /* the first with its loops unrolled */
+}
+
 /* Mark what Newton keeps; whether six unknowns are left, two throttles counted as one. */
 static int keeps(const gtm_problem *p, const int held[3], int *is_kept)
 {
@@ -77,6 +83,10 @@ int gtm_newton(const gtm_problem *p, double *y, const int held[3])
     int worse = 0;
     for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
         double F[GTM_NF + 1], J[GTM_NF * GTM_FULL_NT], A[GTM_NF * GTM_NF];
+        if (best < nearly) { /* this is the end unless a kink is in the way, and needs no slopes */
+            gtm_problem_residual(p, y, F);
+            if (gtm_residual_norm(F) < converged) return 0;
+        }
         gtm_problem_jacobian(p, y, F, J);
         const double norm = gtm_residual_norm(F);
         if (!isfinite(norm)) return 1;
