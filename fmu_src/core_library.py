@@ -18,7 +18,10 @@ def load_core(resources: str, model: str) -> ctypes.CDLL:
             f"{model} has no compiled core for this platform ({here}; inside: {inside}). Build the FMU on it with "
             "build_fmu.py."
         )
-    return ctypes.CDLL(str(library))
+    try:
+        return ctypes.CDLL(str(library))
+    except OSError as error:
+        raise RuntimeError(f"The compiled core of {model} does not load ({error}): build the FMU anew.") from None
 
 
 class Buffer:

@@ -1,16 +1,13 @@
 """The GtmSurrogate slave: the trained networks behind co-simulation. It runs in the Python of the host."""
 
-import json
-from pathlib import Path
-
 from .closed_form import ClosedForm
 from .envelope_slave import EnvelopeSlave, Found
-from .slave import ROUNDING
+from .slave import ROUNDING, read_resource
 
 
 def load_network(resources: str, name: str) -> ClosedForm:
     """A network of the FMU's resources."""
-    return ClosedForm(json.loads(Path(resources, f"{name}.json").read_text(encoding="utf-8"))["model"])
+    return ClosedForm(read_resource(resources, f"{name}.json")["model"])
 
 
 class GtmSurrogate(EnvelopeSlave):

@@ -30,13 +30,21 @@ def platform_folder() -> str:
     return PLATFORMS.get((system, machine), f"{machine}-{system}".lower())
 
 
+def read_resource(resources: str, name: str) -> dict:
+    """The content of a JSON file of the resources."""
+    try:
+        return json.loads(Path(resources, name).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise RuntimeError(f"The FMU's {name} is missing or damaged ({error}): build the FMU anew.") from None
+
+
 class TableSlave(Fmi2Slave):
     """A slave whose `compute` and `advance` return what is wrong, in one sentence, or None."""
 
     def __init__(self, **kwargs):
         """Read the variable table."""
         super().__init__(**kwargs)
-        self.table = json.loads(Path(self.resources, TABLE_FILE).read_text(encoding="utf-8"))
+        self.table = read_resource(self.resources, TABLE_FILE)
         self.log_categories = self.table["log_categories"]
         self.names: list[str] = self.table["names"]
         self.values: list[float] = self.table["starts"]

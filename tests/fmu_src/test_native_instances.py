@@ -11,6 +11,14 @@ from tests.fmu_src.native_flight import fly
 from tests.fmu_src.native_session import SESSIONS
 
 
+def in_threads(work, results) -> None:
+    threads = [threading.Thread(target=work, args=(results, place)) for place in range(len(results))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
 class TestInstances:
     def test_threads_give_the_same_bits(self, fmi, native_folders):
         """Eight threads with an instance each (ctypes lets go of the interpreter during a call)."""
@@ -22,13 +30,25 @@ class TestInstances:
 
         alone, results = [None], [None] * 8
         flight(alone, 0)
-        threads = [threading.Thread(target=flight, args=(results, place)) for place in range(8)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        in_threads(flight, results)
         for result in results:
             np.testing.assert_array_equal(result, alone[0])
+
+    def test_threads_give_the_same_envelopes(self, envelope_folders):
+        """The search for V_min and V_max keeps nothing outside its instance."""
+
+        def envelopes(results, place):
+            with SESSIONS[2](envelope_folders[2], "cs") as session:
+                session.initialize()
+                for step in range(4):
+                    session.set([0, 1, 2, 3], [1000.0 + 2000 * step, -0.02 * step, -0.1, 0.1 * (step - 1)])
+                    results[place].append(session.get([5, 6]))
+
+        alone, results = [[]], [[] for _ in range(8)]
+        envelopes(alone, 0)
+        assert all(0 < v_min < v_max for _, (v_min, v_max) in alone[0])
+        in_threads(envelopes, results)
+        assert all(result == alone[0] for result in results)
 
     def test_ten_thousand_instances_do_not_grow(self, fmi, native_folders):
         folder = native_folders[fmi]

@@ -196,6 +196,20 @@ def test_a_thousand_instances_do_not_grow(dynamics_fmu, tmp_path):
     assert resident_kb() - before < 2000
 
 
+@pytest.mark.parametrize("content", [None, b"", b"\0not what it was"])
+@pytest.mark.parametrize("member", ["resources/variables.json", "resources/core/linux64/gtm_core.so"])
+def test_damaged_resources(dynamics_fmu, tmp_path, member, content):
+    """The host lives on and gets a sentence."""
+    path = repacked(dynamics_fmu, tmp_path / "damaged.fmu", member)
+    if content is not None:
+        with zipfile.ZipFile(path, "a") as archive:
+            archive.writestr(member, content)
+    with pytest.raises(FmuError, match=r"(?s)does not instantiate: .*(has no compiled core|build the FMU anew)"):
+        FmuClient(path)
+    with FmuClient(dynamics_fmu) as fmu:
+        fmu.step(0.1)
+
+
 def test_platform_without_core(dynamics_fmu, tmp_path):
     path = repacked(dynamics_fmu, tmp_path / "elsewhere.fmu", "resources/core/")
     with pytest.raises(FmuError, match=r"GtmDynamics has no compiled core for this platform .*inside: none"):
