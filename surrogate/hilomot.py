@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surrogate.local_training import Grown, Samples
+from surrogate.local_training import Grown, Samples, replaced
 from surrogate.lolimot import with_split
 from surrogate.partitions import ObliquePartition, SplitTree
 from surrogate.scaling import Array
@@ -25,6 +25,9 @@ STEEPNESS = 20.0
 
 OWN_SHARE = 0.8
 """Least validity that a centre should have in its own half of the split."""
+
+SHARPENING = 4.0
+"""Ratio of successive steepnesses on the way to a split sharper than that of smoothness 1."""
 
 RAISES = 3
 """How often kappa is doubled for it."""
@@ -106,34 +109,45 @@ class Hilomot:
         """One model."""
         phi, d = np.ones((len(samples.z), 1)), samples.z.shape[1]
         tree = SplitTree(np.empty((0, d)), np.empty(0), np.empty((0, 2), dtype=np.int64))
-        return _Hierarchy(phi, samples.fit(phi), tree, np.empty(0))
+        coefficients = samples.fit(phi)
+        return _Hierarchy(phi, coefficients, samples.outputs(coefficients), tree, np.empty(0))
 
     def split(self, grown: Grown, model: int, samples: Samples) -> Grown | None:
         """From the best start, the direction and offset of the least error."""
         from scipy.optimize import minimize  # slow to import, and not needed to evaluate
 
         assert isinstance(grown, _Hierarchy)
-        own = grown.phi[:, model, None] * (samples.A @ grown.coefficients[model])
+        own = grown.phi[:, model, None] * grown.outputs[:, model]
         rows = grown.phi[:, model] > NEGLIGIBLE
         problem = NestedSplit(samples.subset(rows), grown.phi[rows, model], (grown.errors(samples) + own)[rows])
         start = self._start(problem, grown.tree, model)
         if start is None:
             return None
         theta, kappa = start
-        found = minimize(
-            problem.loss_and_gradient, theta, (kappa,), "BFGS", jac=True, options={"maxiter": self.iterations}
-        )
-        direction, offset = _normalised(found.x)
+        for sharper in self._sharpening():
+            arguments = (kappa * sharper,)
+            options = {"maxiter": self.iterations}
+            theta = minimize(problem.loss_and_gradient, theta, arguments, "BFGS", jac=True, options=options).x
+        direction, offset = _normalised(theta)
         steepness = self._steepness(problem, direction, offset)
         if steepness is None or (problem.shares(direction, offset, steepness).sum(0) < samples.terms_count).any():
             return None
-        tree = with_split(grown.tree, model, direction, offset)
-        phi = np.column_stack([grown.phi, np.zeros(len(samples.z))])
-        new = [model, phi.shape[1] - 1]
-        phi[:, new] = NestedSplit(samples, grown.phi[:, model], samples.y).shares(direction, offset, steepness)
-        coefficients = np.concatenate([grown.coefficients, grown.coefficients[:1]])
-        coefficients[new] = samples.fit(phi[:, new])
-        return _Hierarchy(phi, coefficients, tree, np.append(grown.steepness, steepness))
+        q = NestedSplit(samples, grown.phi[:, model], samples.y).shares(direction, offset, steepness)
+        coefficients = samples.fit(q)
+        return _Hierarchy(
+            replaced(grown.phi, model, q, 1),
+            replaced(grown.coefficients, model, coefficients, 0),
+            replaced(grown.outputs, model, samples.outputs(coefficients), 1),
+            with_split(grown.tree, model, direction, offset),
+            np.append(grown.steepness, steepness),
+        )
+
+    def _sharpening(self) -> list[float]:
+        """Factors of kappa, up to 1: few samples feel a sharp split, so that it is found by way of smoother ones."""
+        factors = [1.0]
+        while self.smoothness * SHARPENING <= factors[0]:
+            factors.insert(0, factors[0] / SHARPENING)
+        return factors
 
     def _start(self, problem: NestedSplit, tree: SplitTree, model: int) -> tuple[Array, float] | None:
         """The best split through the centre of the model along an axis or its parent's direction, and its kappa."""

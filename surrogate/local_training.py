@@ -83,7 +83,15 @@ class Samples:
 
     def outputs(self, coefficients: Array) -> Array:
         """Outputs (n, c, m) of the polynomials (c, K, m)."""
-        return np.einsum("nk,iko->nio", self.A, coefficients, optimize=True)
+        c, K, m = coefficients.shape
+        return (self.A @ coefficients.swapaxes(0, 1).reshape(K, c * m)).reshape(-1, c, m)
+
+
+def replaced(values: Array, model: int, pair: Array, axis: int) -> Array:
+    """Values of M models along an axis with those of one replaced by a pair: in its place, and as the last."""
+    values = np.concatenate([values, pair.take([1], axis)], axis)
+    np.moveaxis(values, axis, 0)[model] = pair.take(0, axis)
+    return values
 
 
 @dataclass(frozen=True)
@@ -94,6 +102,8 @@ class Grown:
     """Validities (n, M)."""
     coefficients: Array
     """(M, K, m)."""
+    outputs: Array
+    """Outputs (n, M, m) of the models, before they are weighted."""
 
     @property
     def partition(self) -> Partition:
@@ -102,8 +112,7 @@ class Grown:
 
     def errors(self, samples: Samples) -> Array:
         """Targets less outputs (n, m)."""
-        weighted = (self.phi[:, :, None] * samples.A[:, None]).reshape(len(samples.A), -1)
-        return samples.y - weighted @ self.coefficients.reshape(-1, samples.y.shape[1])
+        return samples.y - np.einsum("ni,nio->no", self.phi, self.outputs)
 
 
 class Splitter(Protocol):
@@ -193,7 +202,8 @@ def _record(
     aicc = N * np.log(max(training, np.finfo(float).tiny)) + 2 * k + 2 * k * (k + 1) / few if few > 0 else np.inf
     validated = np.nan
     if validation is not None:
-        there = Grown(grown.partition.validity(validation.z), grown.coefficients)
+        outputs = validation.outputs(grown.coefficients)
+        there = Grown(grown.partition.validity(validation.z), grown.coefficients, outputs)
         validated = float(np.mean(there.errors(validation) ** 2))
     return M * samples.terms_count * samples.y.shape[1] + split_parameters, training, validated, float(aicc)
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surrogate.local_training import Grown, Samples
-from surrogate.partitions import AxisPartition, SplitTree
+from surrogate.local_training import Grown, Samples, replaced
+from surrogate.partitions import AxisPartition, SplitTree, gaussian_exponents, normalised
 from surrogate.scaling import Array
 
 SIGMA_DIVISOR = 2.5
@@ -22,6 +22,8 @@ SIGMA_DIVISOR = 2.5
 class _Cells(Grown):
     """Cells of z in [0, 1]^d, each between its corners."""
 
+    exponents: Array
+    """ln mu (n, M)."""
     lower: Array
     upper: Array
     sigma_per_width: float
@@ -29,7 +31,7 @@ class _Cells(Grown):
 
     @property
     def partition(self) -> AxisPartition:
-        return AxisPartition(self.tree, (self.lower + self.upper) / 2, (self.upper - self.lower) * self.sigma_per_width)
+        return AxisPartition(self.tree, *_gaussians(self.lower, self.upper, self.sigma_per_width))
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,11 @@ class Lolimot:
         """One cell."""
         d, phi = samples.z.shape[1], np.ones((len(samples.z), 1))
         tree = SplitTree(np.empty((0, d)), np.empty(0), np.empty((0, 2), dtype=np.int64))
-        sigma_per_width = self.smoothness / self.divisor
-        return _Cells(phi, samples.fit(phi), np.zeros((1, d)), np.ones((1, d)), sigma_per_width, tree)
+        sigma_per_width, lower, upper = self.smoothness / self.divisor, np.zeros((1, d)), np.ones((1, d))
+        exponents = gaussian_exponents(samples.z, *_gaussians(lower, upper, sigma_per_width))
+        coefficients = samples.fit(phi)
+        outputs = samples.outputs(coefficients)
+        return _Cells(phi, coefficients, outputs, exponents, lower, upper, sigma_per_width, tree)
 
     def split(self, grown: Grown, model: int, samples: Samples) -> Grown | None:
         """The best of the halvings of a model."""
@@ -61,17 +66,29 @@ class Lolimot:
 def _halved(cells: _Cells, model: int, axis: int, samples: Samples) -> _Cells | None:
     """The model's lower half in its place, the upper half as the last model."""
     middle = (cells.lower[model, axis] + cells.upper[model, axis]) / 2
-    lower, upper = np.vstack([cells.lower, cells.lower[model]]), np.vstack([cells.upper, cells.upper[model]])
-    upper[model, axis] = lower[-1, axis] = middle
-    tree = with_split(cells.tree, model, np.eye(samples.z.shape[1])[axis], middle)
-    outline = _Cells(cells.phi, cells.coefficients, lower, upper, cells.sigma_per_width, tree)
-    phi = outline.partition.validity(samples.z)
-    new = [model, len(phi[0]) - 1]
+    corners = np.stack([cells.lower[[model, model]], cells.upper[[model, model]]])
+    corners[1, 0, axis] = corners[0, 1, axis] = middle
+    pair = gaussian_exponents(samples.z, *_gaussians(corners[0], corners[1], cells.sigma_per_width))
+    exponents = replaced(cells.exponents, model, pair, 1)
+    phi, new = normalised(exponents), [model, len(cells.lower)]
     if (phi[:, new].sum(0) < samples.terms_count).any():
         return None
-    coefficients = np.concatenate([cells.coefficients, cells.coefficients[:1]])
-    coefficients[new] = samples.fit(phi[:, new])
-    return _Cells(phi, coefficients, lower, upper, cells.sigma_per_width, tree)
+    coefficients = samples.fit(phi[:, new])
+    return _Cells(
+        phi,
+        replaced(cells.coefficients, model, coefficients, 0),
+        replaced(cells.outputs, model, samples.outputs(coefficients), 1),
+        exponents,
+        replaced(cells.lower, model, corners[0], 0),
+        replaced(cells.upper, model, corners[1], 0),
+        cells.sigma_per_width,
+        with_split(cells.tree, model, np.eye(samples.z.shape[1])[axis], middle),
+    )
+
+
+def _gaussians(lower: Array, upper: Array, sigma_per_width: float) -> tuple[Array, Array]:
+    """Centres and standard deviations of cells between their corners."""
+    return (lower + upper) / 2, (upper - lower) * sigma_per_width
 
 
 def with_split(tree: SplitTree, model: int, direction: Array, offset: float) -> SplitTree:

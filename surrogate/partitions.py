@@ -51,6 +51,18 @@ class SplitTree:
         return len(self.offsets) + 1
 
 
+def gaussian_exponents(z: Array, centres: Array, sigmas: Array) -> Array:
+    """ln mu (n, M) of Gaussians (paper eq. 20)."""
+    return -0.5 * (((z[:, None] - centres) / sigmas) ** 2).sum(2)
+
+
+def normalised(exponents: Array) -> Array:
+    """phi = mu / sum mu (n, M) of ln mu (paper eq. 19)."""
+    # Far from all centres every mu would be 0; a common factor leaves phi as it is.
+    mu = np.exp(exponents - exponents.max(axis=1, keepdims=True))
+    return mu / mu.sum(axis=1, keepdims=True)
+
+
 @dataclass(frozen=True, eq=False)
 class AxisPartition:
     """Normalised axis-orthogonal Gaussians, as LOLIMOT makes them (paper eqs. 19, 20).
@@ -75,10 +87,7 @@ class AxisPartition:
 
     def validity(self, z: Array) -> Array:
         """Validity phi (n, M) of every model."""
-        exponent = -0.5 * (((z[:, None] - self.centres) / self.sigmas) ** 2).sum(2)
-        # Far from all centres every mu would be 0; a common factor leaves phi as it is.
-        mu = np.exp(exponent - exponent.max(axis=1, keepdims=True))
-        return mu / mu.sum(axis=1, keepdims=True)
+        return normalised(gaussian_exponents(z, self.centres, self.sigmas))
 
     def validity_gradient(self, z: Array) -> Array:
         """Slopes d phi / d z (n, M, d)."""
