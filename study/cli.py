@@ -17,6 +17,7 @@ from gtm_fmu.errors import InputError
 from study.dataset_command import dataset
 from study.model_commands import export, predict, train
 from study.options import FAILURE, Pair, given_failure, pair, takes
+from study.protocol_command import protocol
 from study.surrogate_command import surrogates
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
@@ -248,6 +249,7 @@ app.command(epilog=example("train wing.csv --inputs span_mm,alpha_deg --outputs 
 app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(predict)
 app.command(epilog=example("export wing.json --fmu --output wing.fmu"))(export)
 app.command(epilog=example("surrogates --only 'thrust map'"))(surrogates)
+app.command(epilog=example("protocol --output build/protocol --splits 5"))(protocol)
 app.command(epilog=example("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2"))(dataset)
 
 

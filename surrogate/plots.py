@@ -1,8 +1,13 @@
-"""Figures of a selection: regression, performance of all networks, histogram of errors (paper Figs. 12, 10, 13)."""
+"""Figures of trainings and selections: paper Figs. 10-16 and 20-22."""
+
+from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from surrogate.levenberg_marquardt import History
+from surrogate.local_training import Growth
 from surrogate.protocol import Part, Selection
 
 PANELS: dict[Part, str] = {
@@ -57,4 +62,58 @@ def plot_error_histogram(selection: Selection) -> Figure:
         axes.axvline(0.0, color="k", lw=1)
         axes.locator_params(axis="x", nbins=5)
         axes.set(xlabel=f"error of {variable.name} ({variable.unit})", ylabel="samples")
+    return figure
+
+
+def plot_training(selection: Selection) -> Figure:
+    """Errors of the selected network by epoch on the training and test part (paper Figs. 11, 14).
+
+    The test part stops a training without regularisation early; with it nobody sees the test part, and its error is
+    known at the end only.
+    """
+    history, m = selection.histories[selection.selected], selection.Y.shape[1]
+    rows = selection.split.training[selection.selected], selection.split.test[selection.selected]
+    figure = Figure(figsize=(7, 4.5), layout="constrained")
+    axes = figure.subplots()
+    # A mean square on [-1, 1] is four times that on [0, 1].
+    training, test = (
+        sse / (4 * m * len(part)) for sse, part in zip((history.sse, history.validation_sse), rows, strict=True)
+    )
+    axes.semilogy(training, label="training")
+    if test.any():
+        axes.semilogy(test, label="test, which stops the training")
+    else:
+        axes.axhline(selection.mse["test"][selection.selected], color="tab:orange", ls=":", label="test, at the end")
+    axes.axvline(history.best_epoch, color="k", ls="--", lw=0.8, label=f"kept: epoch {history.best_epoch}")
+    axes.set(xlabel="epoch", ylabel="mean squared error on [0, 1]")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    return figure
+
+
+def plot_regularization(history: History) -> Figure:
+    """Effective parameters, alpha, beta and mu by epoch of a training with Bayesian regularisation."""
+    figure = Figure(figsize=(7, 7), layout="constrained")
+    panels = figure.subplots(4, 1, sharex=True)
+    named = {"gamma": r"$\gamma$", "alpha": r"$\alpha$", "beta": r"$\beta$", "mu": r"$\mu$"}
+    for axes, (name, label) in zip(panels, named.items(), strict=True):
+        draw = axes.plot if name == "gamma" else axes.semilogy
+        draw(getattr(history, name))
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3)
+    panels[-1].set_xlabel("epoch")
+    return figure
+
+
+def plot_growth(growths: Mapping[str, Growth], part: Literal["training", "validation"] = "validation") -> Figure:
+    """Errors by number of parameters as local model networks grow, the kept ones marked (paper Figs. 20-22)."""
+    figure = Figure(figsize=(8, 5), layout="constrained")
+    axes = figure.subplots()
+    for name, growth in growths.items():
+        mse = growth.training_mse if part == "training" else growth.validation_mse
+        (line,) = axes.loglog(growth.parameters, mse, ".-", lw=1, label=name)
+        axes.loglog(growth.parameters[growth.best - 1], mse[growth.best - 1], "x", ms=11, mew=2, color=line.get_color())
+    axes.set(xlabel="parameters", ylabel=f"mean squared error on [0, 1], {part} data")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend(fontsize="small")
     return figure

@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from surrogate.levenberg_marquardt import History, Schedule
+from surrogate.local_models import LocalModelNetwork
 from surrogate.network import Network
 from surrogate.scaling import Array, to_unit
-from surrogate.training import checked_samples, generator, train_networks
+from surrogate.training import Method, checked_samples, generator, train_networks
 
 Rows = NDArray[np.int64]
 Part = Literal["training", "test", "all", "independent"]
 """Parts of the data: those of one round's training and test, both together, and what every network is judged by."""
+PARTS: tuple[Part, ...] = ("training", "test", "all", "independent")
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,18 @@ class Split:
         return self.training[j] if part == "training" else self.test[j]
 
 
-def split_samples(n: int, rounds: int, test_fraction: float, seed: int) -> Split:
+def split_samples(
+    n: int, rounds: int, test_fraction: float, seed: int, members: NDArray[np.bool_] | None = None
+) -> Split:
     """Set a fraction of n samples apart as independent; in each round divide the rest, the design part, by it again.
 
-    Each division rounds to the nearest whole number of samples.
+    Each division rounds to the nearest whole number of samples. With `members` (n,) only those samples stay in the
+    design part, and the independent part is as without: the paper's diminished data sets.
     """
     rng = generator(seed, "independent")
     design, independent = _divide(np.arange(n), test_fraction, rng)
+    if members is not None:
+        design = design[members[design]]
     pairs = [_divide(design, test_fraction, generator(seed, "rounds", j)) for j in range(rounds)]
     return Split(independent, np.stack([training for training, _ in pairs]), np.stack([test for _, test in pairs]))
 
@@ -72,8 +79,13 @@ class Selection:
     split: Split
     networks: tuple[Network, ...]
     histories: tuple[History, ...]
-    mse: dict[Part, Array]
-    """Mean squared error of each network (rounds,) by part of the data; 'independent' is the paper's Table 6."""
+    mse_by_output: dict[Part, Array]
+    """Mean squared error of each network and output (rounds, m) by part of the data."""
+
+    @property
+    def mse(self) -> dict[Part, Array]:
+        """The same over all outputs (rounds,); 'independent' is the paper's Table 6."""
+        return {part: mse.mean(axis=1) for part, mse in self.mse_by_output.items()}
 
     @property
     def selected(self) -> int:
@@ -109,13 +121,20 @@ def select_network(
     seed: int,
     rounds: int = 20,
     test_fraction: float = 0.1,
-    hidden: int = 10,
+    hidden: int | Sequence[int] = 10,
+    method: Method = "bayesian_regularization",
+    split: Split | None = None,
     schedule: Schedule | None = None,
+    device: str = "cpu",
     progress: Callable[[int, int], None] | None = None,
 ) -> Selection:
-    """Run Algorithm 1 on the inputs X (N, d) and targets Y (N, m); see `train_networks` for the arguments."""
+    """Run Algorithm 1 on the inputs X (N, d) and targets Y (N, m); see `train_networks` for the arguments.
+
+    The test part of a round stops a training by Levenberg-Marquardt early, which the paper leaves open. `split` takes
+    the place of the one that rounds, fraction and seed give.
+    """
     X, Y = checked_samples(X, inputs, "X"), checked_samples(Y, outputs, "Y")
-    split = split_samples(len(X), rounds, test_fraction, seed)
+    split = split or split_samples(len(X), rounds, test_fraction, seed)
     trained = train_networks(
         X,
         Y,
@@ -124,11 +143,23 @@ def select_network(
         rows=split.training,
         seed=seed,
         hidden=hidden,
+        method=method,
+        validation_rows=split.test if method == "levenberg_marquardt" else None,
         schedule=schedule,
+        device=device,
         progress=progress,
     )
     networks, histories = zip(*trained, strict=True)
-    errors = np.stack([(to_unit(n.predict(X), n.target_ranges) - to_unit(Y, n.target_ranges)) ** 2 for n in networks])
-    parts: tuple[Part, ...] = ("training", "test", "all", "independent")
-    mse = {part: np.array([e[split.rows(part, j)].mean() for j, e in enumerate(errors)]) for part in parts}
-    return Selection(X, Y, split, networks, histories, mse)
+    squares = np.stack([squared_errors(network, X, Y) for network in networks])
+    return Selection(X, Y, split, networks, histories, mse_by_part(squares, split))
+
+
+def squared_errors(network: Network | LocalModelNetwork, X: Array, Y: Array) -> Array:
+    """Squared errors (N, m) on targets mapped to [0, 1]."""
+    ranges = network.target_ranges
+    return np.asarray((to_unit(network.predict(X), ranges) - to_unit(Y, ranges)) ** 2)
+
+
+def mse_by_part(squares: Array, split: Split) -> dict[Part, Array]:
+    """Means (rounds, m) over each part of the data, of squared errors (rounds, N, m)."""
+    return {part: np.stack([e[split.rows(part, j)].mean(axis=0) for j, e in enumerate(squares)]) for part in PARTS}

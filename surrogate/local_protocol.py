@@ -1,0 +1,136 @@
+"""The paper's selection of local model networks (Algorithm 2): six a round and output, the best by validation data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from surrogate.local_models import LocalModel, LocalModelNetwork
+from surrogate.local_training import Growth, LocalSettings
+from surrogate.protocol import Part, Split, mse_by_part, split_samples, squared_errors
+from surrogate.scaling import Array
+from surrogate.training import Algorithm, checked_samples, train_local_models
+
+ALGORITHMS: tuple[Algorithm, ...] = ("lolimot", "hilomot")
+LOCAL_MODELS: tuple[LocalModel, ...] = ("linear", "sparse_quadratic", "quadratic")
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One of the six networks of a round and output."""
+
+    algorithm: Algorithm
+    local_model: LocalModel
+    network: LocalModelNetwork
+    growth: Growth
+
+    @property
+    def validation_mse(self) -> float:
+        """Least error on the round's validation data."""
+        return float(self.growth.validation_mse[self.growth.best - 1])
+
+
+@dataclass(frozen=True, eq=False)
+class LocalSelection:
+    """All rounds of the protocol; errors are mean squares of targets mapped to [0, 1] (paper eq. 11)."""
+
+    X: Array
+    """All inputs (N, d)."""
+    Y: Array
+    """All targets (N, m)."""
+    split: Split
+    """Its test part is the validation data."""
+    candidates: tuple[tuple[tuple[Candidate, ...], ...], ...]
+    """By round, output, and the six pairs of algorithm and kind of local model."""
+    mse_by_output: dict[Part, Array]
+    """Of the best candidate of each round and output (rounds, m), by part of the data."""
+
+    @property
+    def mse(self) -> dict[Part, Array]:
+        """The same over all outputs (rounds,)."""
+        return {part: mse.mean(axis=1) for part, mse in self.mse_by_output.items()}
+
+    @property
+    def selected(self) -> int:
+        """Number, from 0, of the round with the least error on the independent part."""
+        return int(np.argmin(self.mse["independent"]))
+
+    def best(self, j: int) -> tuple[Candidate, ...]:
+        """Of each output the candidate of round j with the least error on the validation data."""
+        return tuple(min(six, key=lambda candidate: candidate.validation_mse) for six in self.candidates[j])
+
+    def predict(self, X: ArrayLike) -> Array:
+        """Outputs (..., m) of the selected round's networks."""
+        return np.concatenate([candidate.network.predict(X) for candidate in self.best(self.selected)], axis=-1)
+
+
+def select_local_models(
+    X: ArrayLike,
+    Y: ArrayLike,
+    *,
+    inputs: Sequence[tuple[str, str]],
+    outputs: Sequence[tuple[str, str]],
+    seed: int,
+    rounds: int = 20,
+    test_fraction: float = 0.1,
+    split: Split | None = None,
+    jobs: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> LocalSelection:
+    """Run Algorithm 2 on the inputs X (N, d) and targets Y (N, m), in `jobs` processes.
+
+    The split is that of Algorithm 1 with the same seed. `progress(rounds x outputs done, all)`.
+    """
+    from joblib import Parallel, delayed
+
+    X, Y = checked_samples(X, inputs, "X"), checked_samples(Y, outputs, "Y")
+    split = split or split_samples(len(X), rounds, test_fraction, seed)
+    rounds, m = len(split.training), len(outputs)
+    tasks = list(product(range(rounds), range(m)))
+
+    def calls() -> Iterator:
+        for j, o in tasks:
+            yield delayed(_six)(X, Y[:, [o]], list(inputs), [outputs[o]], split.training[j], split.test[j])
+
+    found = []
+    for six in Parallel(n_jobs=jobs, return_as="generator")(calls()):
+        found.append(six)
+        if progress:
+            progress(len(found), len(tasks))
+    candidates = tuple(tuple(found[j * m : (j + 1) * m]) for j in range(rounds))
+    selection = LocalSelection(X, Y, split, candidates, {})
+    squares = np.stack(
+        [
+            np.hstack([squared_errors(c.network, X, Y[:, [o]]) for o, c in enumerate(selection.best(j))])
+            for j in range(rounds)
+        ]
+    )
+    return LocalSelection(X, Y, split, candidates, mse_by_part(squares, split))
+
+
+def _six(
+    X: Array,
+    Y: Array,
+    inputs: Sequence[tuple[str, str]],
+    outputs: Sequence[tuple[str, str]],
+    rows: np.ndarray,
+    validation_rows: np.ndarray,
+) -> tuple[Candidate, ...]:
+    candidates = []
+    for algorithm, local_model in product(ALGORITHMS, LOCAL_MODELS):
+        network, growth = train_local_models(
+            X,
+            Y,
+            inputs=inputs,
+            outputs=outputs,
+            rows=rows,
+            algorithm=algorithm,
+            validation_rows=validation_rows,
+            settings=LocalSettings(local_model),
+        )
+        candidates.append(Candidate(algorithm, local_model, network, growth))
+    return tuple(candidates)
