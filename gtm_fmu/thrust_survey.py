@@ -1,8 +1,12 @@
 """Exact solutions that fill a thrust map: least thrust over speed with a control jammed."""
 
+import json
 import os
+import zipfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +16,7 @@ from gtm_fmu.airframe import engines
 from gtm_fmu.airframe.atmosphere import DENSITY_0, atmosphere
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import THROTTLE_WITHOUT_LIMIT
+from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits
 from gtm_fmu.manoeuvre import ALTITUDE_FT, THROTTLE, V
 from gtm_fmu.thrust_map import ThrustMap
@@ -77,28 +82,37 @@ def survey(
     control: str = "rudder",
     progress: Callable[[int, int], None] | None = None,
     workers: int | None = None,
+    kept: Path | None = None,
 ) -> ThrustMap:
     """Solve a map. A thrust that was not found, at a gap between speeds, is interpolated over the deflections.
 
     Args:
         progress: called with the number of finished curves and of all.
         workers: threads; default one a core (the solver runs outside the interpreter's lock).
+        kept: file that holds what is finished of this survey, flight condition by flight condition, until all is.
+
+    Raises:
+        InputError: the file cannot be written, or is of another survey.
     """
-    conditions = [
-        (control, altitude, gamma, deflection, nodes.speeds)
-        for altitude in nodes.altitudes_ft
-        for gamma in nodes.gammas_deg
-        for deflection in nodes.deflections_deg
-    ]
-    solved: list[np.ndarray] = []
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        for row in pool.map(lambda condition: thrust_curve(*condition), conditions):
-            solved.append(row)
-            if progress:
-                progress(len(solved), len(conditions))
+    conditions = [(altitude, gamma) for altitude in nodes.altitudes_ft for gamma in nodes.gammas_deg]
     deflections = np.asarray(nodes.deflections_deg, dtype=float)
+    asked = json.dumps([control, nodes, results.provenance()])
+    solved = list(_read(kept, asked)) if kept else []
+    curves = len(conditions) * len(deflections)
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        for altitude, gamma in conditions[len(solved) :]:
+            plane, before = [], len(solved) * len(deflections)
+            solve = partial(thrust_curve, control, altitude, gamma, speeds=nodes.speeds)
+            for row in pool.map(solve, deflections.tolist()):
+                plane.append(row)
+                if progress:
+                    progress(before + len(plane), curves)
+            solved.append(np.array(plane))
+            if kept:
+                _write(kept, asked, solved)
     table = np.reshape(solved, (len(nodes.altitudes_ft), len(nodes.gammas_deg), len(deflections), -1))
-    missing = int(np.isnan(table).sum())
+    if kept:
+        kept.unlink(missing_ok=True)
     return ThrustMap(
         control,
         (min(nodes.altitudes_ft), max(nodes.altitudes_ft)),
@@ -107,8 +121,36 @@ def survey(
         deflections,
         _filled(table, deflections),
         gross_thrust_lbf(WIDEST["throttle_pct"][1], 0.0),
-        provenance={**results.provenance(), "solves": nodes.solves, "interpolated": missing},
+        provenance={
+            **results.provenance(),
+            "solves": nodes.solves,
+            "interpolated": int(np.isnan(table).sum()),
+        },
     )
+
+
+def _read(kept: Path, asked: str) -> np.ndarray:
+    """Finished flight conditions (k, deflections, 2 + speeds) of the survey that is asked for."""
+    if not kept.exists():
+        return np.empty((0, 0, 0))
+    try:
+        with np.load(kept, allow_pickle=False) as content:
+            if str(content["asked"]) != asked:
+                raise ValueError("it is of another survey")
+            return content["solved"]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"{kept} cannot be continued ({error}); remove it to begin anew.") from None
+
+
+def _write(kept: Path, asked: str, solved: list[np.ndarray]) -> None:
+    partial_file = kept.with_name(f".{kept.name}.{os.getpid()}.npz")
+    try:
+        np.savez(partial_file, asked=asked, solved=solved)
+        os.replace(partial_file, kept)
+    except OSError as error:
+        raise InputError(f"Cannot write {kept} ({error.strerror}); choose a folder you may write to.") from None
+    finally:
+        partial_file.unlink(missing_ok=True)
 
 
 def _filled(table: np.ndarray, deflections: np.ndarray) -> np.ndarray:

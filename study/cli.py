@@ -18,7 +18,7 @@ from study.dataset_command import dataset
 from study.model_commands import export, predict, train
 from study.options import FAILURE, Pair, given_failure, pair, takes
 from study.protocol_command import protocol
-from study.surrogate_command import surrogates
+from study.surrogate_command import surrogates, thrust_map
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
 
@@ -250,6 +250,7 @@ app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-d
 app.command(epilog=example("export wing.json --fmu --output wing.fmu"))(export)
 app.command(epilog=example("surrogates --only 'thrust map'"))(surrogates)
 app.command(epilog=example("protocol --output build/protocol --splits 5"))(protocol)
+app.command("thrust-map", epilog=example("thrust-map --output build/rudder_thrust_map.npz"))(thrust_map)
 app.command(epilog=example("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2"))(dataset)
 
 

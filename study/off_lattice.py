@@ -21,6 +21,7 @@ CASES, SEED = 4096, 2026
 CALIBRATION_CASES, CALIBRATION_SEED = 1536, 7
 """Further cases, to choose the tolerances of a model by."""
 ALTITUDE_FT, GAMMA_DEG = (0.0, 30000.0), (-5.0, 5.0)  # the paper's
+PARTS = ("restrictions", "jams", "all")
 FILE = Path(str(files("study") / "data" / "off_lattice.npz"))
 
 
@@ -112,8 +113,9 @@ def scores(truth: OffLattice, speeds_kt: np.ndarray, feasible: np.ndarray) -> di
     if speeds_kt.shape != truth.speeds_kt.shape or feasible.shape != truth.feasible.shape:
         raise InputError(f"{len(speeds_kt)} predictions were given for {len(truth.X)} cases; give one for each.")
     scale = np.ptp(truth.speeds_kt[truth.feasible], axis=0)
-    parts = {"restrictions": ~truth.jammed, "jams": truth.jammed, "all": np.ones(len(truth.X), dtype=bool)}
-    return {name: _scores(truth, part, speeds_kt, feasible, scale) for name, part in parts.items() if part.any()}
+    masks = (~truth.jammed, truth.jammed, np.ones(len(truth.X), dtype=bool))
+    parts = zip(PARTS, masks, strict=True)
+    return {name: _scores(truth, part, speeds_kt, feasible, scale) for name, part in parts if part.any()}
 
 
 def _scores(

@@ -1,4 +1,4 @@
-"""The command `gtm-fmu surrogates`: every surrogate of the envelope, fitted and measured off the lattice."""
+"""The commands `gtm-fmu surrogates`, all surrogates measured off the lattice, and `gtm-fmu thrust-map`, the best."""
 
 import json
 from pathlib import Path
@@ -41,3 +41,32 @@ def surrogates(
     text = markdown(results)
     write_text(text, output / "surrogates.md")
     print(json.dumps(results, allow_nan=False) if as_json else f"{text}\nAll files are in {output}.")
+
+
+def thrust_map(
+    output: Annotated[Path, typer.Option(help="File of the map.")] = Path("build/rudder_thrust_map.npz"),
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads; default one a core.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
+) -> None:
+    """Solve the rudder's thrust map anew, as it comes with the package, and measure it off the lattice.
+
+    It takes a minute of processor time. A run that was stopped goes on where it was.
+    """
+    from dataclasses import replace
+
+    from rich.console import Console
+
+    from gtm_fmu.thrust_survey import Nodes, survey
+    from study import off_lattice
+    from study.cli import show
+    from study.files import writable_folder
+    from study.progress import stages
+    from study.surrogate_study import measured_map
+
+    kept = writable_folder(output.parent) / f"{output.name}.unfinished.npz"
+    with stages(Console(stderr=True)) as stage, stage("Thrust map") as advance:
+        solved = survey(Nodes(), progress=advance, workers=workers, kept=kept)
+    scores = measured_map(solved, off_lattice.load())
+    parts = {part: scores[part] for part in off_lattice.PARTS}
+    replace(solved, provenance=solved.provenance | {"off_lattice": parts}).save(output)
+    show({"output": str(output), **scores}, as_json, "Thrust map")

@@ -198,11 +198,27 @@ def test_the_same_thrust_at_all_altitudes():
     assert high == pytest.approx(low, rel=0.005)
 
 
-def test_a_small_survey_agrees_with_the_exact_solver():
+def test_a_small_survey_agrees_with_the_exact_solver(tmp_path):
+    """Stopped after its first flight condition, it goes on there and ends with the same map."""
     nodes = Nodes((0.0, 10000.0), (0.0, 1.0), (9.0, 10.0), 16)
-    seen = []
+    seen, kept = [], tmp_path / "kept.npz"
     small = survey(nodes, progress=lambda done, total: seen.append((done, total)), workers=1)
     assert seen[-1] == (nodes.curves, nodes.curves) == (8, 8)
+
+    def stop(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        survey(nodes, progress=stop, workers=1, kept=kept)
+    with pytest.raises(InputError, match="another survey"):
+        survey(nodes._replace(speeds=17), workers=1, kept=kept)
+    seen.clear()
+    again = survey(nodes, progress=lambda done, total: seen.append((done, total)), workers=1, kept=kept)
+    assert seen[0] == (3, 8)
+    assert np.array_equal(again.table, small.table)
+    assert not list(tmp_path.iterdir())
+
     found = small.predict([10000.0, 0.0, 9.0, 9.0])
     exact = FlightCondition(10000.0, 0.0).envelope((9.0, 9.0))
     assert found.v_min_kt[0] == pytest.approx(exact.v_min_kt, abs=1e-3)
@@ -221,6 +237,9 @@ def test_one_case(rudder):
 def test_domain(rudder):
     found = rudder.predict([[36089.0, 5.0, 0.0, 0.0], [0.0, 5.01, 0.0, 0.0], [0.0, -5.0, -30.0, 30.0]])
     assert found.in_domain.tolist() == [True, False, True]
+    far = rudder.predict([[0.0, gamma, -30.0, 30.0] for gamma in (-45.0, 45.0)])
+    assert np.isfinite(far.spare_thrust_lbf).all()
+    assert not far.in_domain.any()
 
 
 @pytest.mark.parametrize(

@@ -68,6 +68,7 @@ static void take_curve(const gtm_thrust_map *map, double density, double gamma, 
             c->fastest += weight * row[1];
             for (long i = 0; i < n; i++) c->thrust[i] += weight * row[2 + i];
         }
+    if (!(c->slowest < c->fastest)) return; /* a single speed, or far outside the map */
     c->slope_below = fmax(0, (c->thrust[near] - c->thrust[0]) / (speed(map, c, near) - c->slowest));
     c->slope_above = fmin(0, (c->thrust[n - 1] - c->thrust[n - 1 - near]) / (c->fastest - speed(map, c, n - 1 - near)));
 }

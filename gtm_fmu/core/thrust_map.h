@@ -32,7 +32,8 @@ typedef struct {
     double is_fold;              /* 1 if inside the tolerance an end jumps or the envelope vanishes, else 0 */
 } gtm_map_envelope;
 
-/* Envelopes of n cases, rows of altitude in ft, gamma in deg, lower and upper limit of the control in deg. */
+/* Envelopes of n cases, rows of altitude in ft, gamma in deg, lower and upper limit of the control in deg: finite
+   numbers, the lower limit not above the upper one, both inside the map's deflections. */
 GTM_API void gtm_map_envelopes(const gtm_thrust_map *map, long n, const double *cases, gtm_map_envelope *found);
 
 #endif

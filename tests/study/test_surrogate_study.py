@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from gtm_fmu import thrust_survey
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_fmu.thrust_map import ThrustMap
@@ -116,3 +117,13 @@ def test_predict_by_the_map(ask):
     refused = ask(*case, "--thrust-map", "--model", "elsewhere")
     assert (refused.code, refused.out) == (2, "")
     assert "leave it out with --thrust-map" in refused.err
+
+
+def test_thrust_map_command(ask, tmp_path, monkeypatch):
+    nodes = thrust_survey.Nodes((0.0, 20000.0), (0.0,), (-10.0, 10.0), 8)
+    monkeypatch.setattr(thrust_survey, "Nodes", lambda: nodes)
+    answer = ask("thrust-map", "--output", str(tmp_path / "map.npz"), "--json")
+    assert answer.code == 0
+    written = ThrustMap.load(tmp_path / "map.npz")
+    assert written.table.shape == (2, 1, 2, 10)
+    assert written.provenance["off_lattice"]["all"] == json.loads(answer.out)["all"]
