@@ -1,6 +1,7 @@
 """A rudder jams in a climbing turn; the autopilot flies its plan with and without protection of the envelope.
 
 python examples/envelope_protection/run.py [--output build/envelope_protection] [--tools FMPy ecospy libcosimpy]
+                                              [--envelope envelope-native]
 
 Builds the three FMUs, wires them in SSP archives, flies them in each tool, compares the flights and draws them.
 """
@@ -24,17 +25,19 @@ from examples.envelope_protection.system import write_ssp  # noqa: E402
 from study.fmus import build_fmu  # noqa: E402
 
 FLIGHTS = {"with protection": True, "without protection": False}
+ENVELOPES = ("envelope-native", "envelope", "surrogate-native", "surrogate")
+"""What can tell V_min and V_max: the exact solver or the networks, in C or in Python."""
 PACKAGES = {"FMPy": "fmpy", "ecospy": "ecospy", "libcosimpy": "libcosimpy"}
 
 
-def build(folder: Path) -> dict[str, Path]:
-    """The FMUs and the archives of both flights, by the flight."""
+def build(folder: Path, envelope: str = ENVELOPES[0]) -> dict[str, Path]:
+    """The FMUs and the archives of both flights, by the flight; ``envelope`` is one of `ENVELOPES`."""
     folder.mkdir(parents=True, exist_ok=True)
     autopilot = folder / "Autopilot.fmu"
     FmuBuilder.build_FMU(Path(__file__).with_name("autopilot.py"), dest=autopilot)
     fmus = {
         "aircraft": build_fmu("aircraft-native", folder),
-        "envelope": build_fmu("envelope-native", folder),
+        "envelope": build_fmu(envelope, folder),
         "autopilot": autopilot,
     }
     return {
@@ -72,9 +75,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--output", type=Path, default=Path("build/envelope_protection"), help="folder of all files")
     parser.add_argument("--tools", nargs="+", choices=IMPORTERS, default=list(IMPORTERS), help="the first one is drawn")
+    parser.add_argument("--envelope", choices=ENVELOPES, default=ENVELOPES[0], help="what tells V_min and V_max")
     arguments = parser.parse_args()
     flights: dict[str, np.ndarray] = {}
-    for flight, ssp in build(arguments.output).items():
+    for flight, ssp in build(arguments.output, arguments.envelope).items():
         for tool in arguments.tools:
             if find_spec(PACKAGES[tool]) is None:
                 print(f"{flight}: {tool} is not installed")

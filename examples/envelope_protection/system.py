@@ -37,7 +37,15 @@ CONNECTIONS = (
     ("autopilot.throttle", "aircraft.control.throttle"),
 )
 """From an output to an input, each as component and variable."""
-FAILURE = {"failure.time": JAM_S, "limits.rudder.lower": JAM_RAD, "limits.rudder.upper": JAM_RAD, "fuel.burn": True}
+FLIGHT: dict[str, float | bool] = {
+    "failure.time": JAM_S,
+    "limits.rudder.lower": JAM_RAD,
+    "limits.rudder.upper": JAM_RAD,
+    "fuel.burn": True,
+    "wind.north": -2.4,
+    "wind.east": 1.8,
+}
+"""Of the aircraft: the jam, and 3 m/s of wind from the north-west that grows with height."""
 PARAMETER_SET = "start"
 CONTROLS = ("elevator", "aileron", "rudder", "throttle")
 
@@ -82,7 +90,7 @@ def system_structure(fmus: dict[str, Path], is_protected: bool) -> bytes:
     starts = {v.name: v.start for v in fmpy.read_model_description(fmus["aircraft"], validate=False).modelVariables}
     trims: dict[str, float | bool] = {f"trim_{name}": float(starts[f"control.{name}"]) for name in CONTROLS}
     values: dict[str, dict] = {
-        "aircraft": FAILURE,
+        "aircraft": FLIGHT,
         "envelope": {},
         "autopilot": {"is_protected": is_protected, **trims},
     }
