@@ -1,11 +1,12 @@
-"""Speed of GtmDynamicsNative beside the Python FMU, JSBSim's 737 and FMPy's own floor, all in one run.
+"""Speed of the native FMUs beside the Python FMUs, JSBSim's 737 and FMPy's own floor, all in one run.
 
     python benchmarks/fmu.py
 
 A step is 0.01 s in two Runge-Kutta parts of 0.005 s, with all four controls set before and twelve states read after
 it, by the same ctypes calls for both FMUs. JSBSim steps its own 737 by `run()`, its only way to step, with 0.01 s. The
 floor of FMPy is the same pair of calls into a library whose functions only copy numbers. The overhead of the C wrapper
-is measured in C (fmu_overhead.c). Times are the best of several rounds.
+is measured in C (fmu_overhead.c). A step of the envelope FMUs finds V_min and V_max of a new case. Times are processor
+time, the best of several rounds; of the envelope, the median over the cases.
 """
 
 import ctypes
@@ -19,11 +20,13 @@ from pathlib import Path
 
 import fmpy
 import jsbsim
+import numpy as np
 from fmpy.fmi2 import FMU2Model
 
 from fmu_src import build
 from fmu_src.native_packaging import NATIVE_MODELS
 from gtm_fmu.client import FmuClient
+from gtm_fmu.units import M_PER_FT, RAD_PER_DEG
 
 STEP_S, ROUNDS = 0.01, 5
 RESULT = Path(__file__).parent / "results" / "fmu.json"
@@ -40,9 +43,9 @@ def best(function, count: int) -> float:
     """Seconds of one call of ``function(count)`` per count, the least of some rounds."""
     taken = []
     for _ in range(ROUNDS):
-        start = time.perf_counter()
+        start = time.process_time()
         function(count)
-        taken.append((time.perf_counter() - start) / count)
+        taken.append((time.process_time() - start) / count)
     return min(taken)
 
 
@@ -116,6 +119,27 @@ def seconds_per_derivative(library: Path | None, folder: Path, count: int) -> fl
     return best(evaluations, count)
 
 
+def milliseconds_per_envelope(path: Path, cases: np.ndarray) -> float:
+    """One step of an envelope FMU to altitude in ft, gamma and limits of the rudder in deg, all new."""
+    names, taken = ("altitude", "gamma", "rudder.lower", "rudder.upper"), []
+    with FmuClient(path) as fmu:
+        for case in cases:
+            fmu.set(names, case * (M_PER_FT, RAD_PER_DEG, RAD_PER_DEG, RAD_PER_DEG))
+            start = time.process_time()
+            fmu.step(STEP_S)
+            taken.append(time.process_time() - start)
+    return 1e3 * float(np.median(taken))
+
+
+def envelope_cases() -> dict[str, np.ndarray]:
+    """Random cases of jams, and of ranges of the rudder."""
+    cases = np.random.default_rng(0).uniform((0, -10, -30, -30), (36000, 6, 30, 30), (60, 4))
+    jams, ranges = cases.copy(), cases
+    jams[:, 3] = jams[:, 2]
+    ranges[:, 2:].sort(axis=1)
+    return {"jam": jams, "range": ranges}
+
+
 def compiled(folder: Path, files: list[str], name: str, *flags: str) -> Path:
     """A program or library of C files."""
     subprocess.run(["cc", "-std=c11", "-O2", "-I.", *flags, "-o", name, *files, "-lm"], cwd=folder, check=True)
@@ -156,6 +180,12 @@ def main() -> None:
         derivative = seconds_per_derivative(None, unpacked, 50_000)
         floor = seconds_per_derivative(stub_library(folder), unpacked, 50_000)
         alone, through = wrapper_nanoseconds(folder / "c")
+        envelopes = {name: build(name, folder) for name in ("envelope", "envelope-native")}
+        found = {
+            f"{name.replace('-', '_')}_ms_per_{kind}": round(milliseconds_per_envelope(path, cases), 2)
+            for name, path in envelopes.items()
+            for kind, cases in envelope_cases().items()
+        }
     result = {
         "machine": f"{platform.machine()}, Python {platform.python_version()}, JSBSim {jsbsim.__version__}",
         "native_us_per_step": round(1e6 * steps["native"], 2),
@@ -168,7 +198,7 @@ def main() -> None:
         "fmpy_floor_us": round(1e6 * floor, 2),
         "c_model_ns_per_step": alone,
         "c_wrapper_ns_per_step": round(through - alone, 1),
-    }
+    } | found
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text(json.dumps(result, indent=1) + "\n")
     for name, value in result.items():
