@@ -85,8 +85,8 @@ def answers(command: list, library: Path, orders: list[str], **environment) -> n
 def own_answers(built, hosts, tmp_path_factory):
     """What a native FMU with this platform's own library answers, in a host without Python."""
 
-    def answered(name: str, orders: list[str]) -> np.ndarray:
-        folder = Path(fmpy.extract(built(name), tmp_path_factory.mktemp("own")))
+    def answered(name: str, orders: list[str], networks=()) -> np.ndarray:
+        folder = Path(fmpy.extract(built(name, networks), tmp_path_factory.mktemp("own")))
         (library,) = (folder / "binaries").rglob("*.so")
         return answers([hosts / "host"], library, orders)
 
@@ -101,6 +101,19 @@ def expected(own_answers) -> np.ndarray:
 @pytest.fixture(scope="module")
 def expected_envelopes(own_answers) -> np.ndarray:
     return own_answers("envelope-native", ENVELOPES)
+
+
+@pytest.fixture(scope="module")
+def expected_surrogates(own_answers, networks) -> np.ndarray:
+    return own_answers("surrogate-native", ENVELOPES, networks[2])
+
+
+def built_for(target: str, name: str, networks: list[Path], folder: Path, monkeypatch) -> Path:
+    """The library of an FMU that is built for one platform only."""
+    monkeypatch.setattr(compiler, "PLATFORMS", [p for p in compiler.PLATFORMS if p.target.startswith(target)])
+    built = build(name, folder, networks, all_platforms=True)
+    (library,) = Path(fmpy.extract(built, folder / name), "binaries").glob("*/*")
+    return library
 
 
 def test_host_without_python(expected, expected_envelopes):
@@ -148,7 +161,7 @@ class TestAllPlatforms:
         assert versions
         assert all(tuple(map(int, version.split("."))) <= (2, 17) for version in versions)
 
-    def test_windows_under_wine(self, unpacked, hosts, expected, tmp_path):
+    def test_windows_under_wine(self, unpacked, hosts, expected, expected_surrogates, networks, tmp_path, monkeypatch):
         names = ("wine64", "wine", "/usr/lib/wine/wine64")
         wine = next((path for name in names if (path := shutil.which(name))), None)
         if wine is None:
@@ -162,8 +175,13 @@ class TestAllPlatforms:
         }
         got = answers([wine, hosts / "host.exe"], library, FLIGHT, **environment)
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
+        library = built_for("x86_64-windows", "surrogate-native", networks[2], tmp_path, monkeypatch)
+        got = answers([wine, hosts / "host.exe"], library, ENVELOPES, **environment)
+        np.testing.assert_allclose(got, expected_surrogates, rtol=1e-12)
 
-    def test_aarch64_under_qemu(self, unpacked, hosts, expected, expected_envelopes, tmp_path, monkeypatch):
+    def test_aarch64_under_qemu(
+        self, unpacked, hosts, expected, expected_envelopes, expected_surrogates, networks, tmp_path, monkeypatch
+    ):
         emulator = next((p for n in ("qemu-aarch64", "qemu-aarch64-static") if (p := shutil.which(n))), None)
         root = Path("/usr/aarch64-linux-gnu")
         if emulator is None or not root.exists():
@@ -172,11 +190,10 @@ class TestAllPlatforms:
         host, place = [emulator, "-L", root, hosts / "host.aarch64"], Path("binaries", "aarch64-linux")
         got = answers(host, unpacked / place / "GtmDynamicsNative.so", FLIGHT)
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
-        only = [platform for platform in compiler.PLATFORMS if platform.target.startswith("aarch64-linux")]
-        monkeypatch.setattr(compiler, "PLATFORMS", only)
-        folder = Path(fmpy.extract(build("envelope-native", tmp_path, all_platforms=True), tmp_path / "unpacked"))
-        got = answers(host, folder / place / "GtmEnvelopeNative.so", ENVELOPES)
-        np.testing.assert_allclose(got, expected_envelopes, rtol=1e-12)
+        others = (("envelope-native", [], expected_envelopes), ("surrogate-native", networks[2], expected_surrogates))
+        for name, files, values in others:
+            library = built_for("aarch64-linux", name, files, tmp_path, monkeypatch)
+            np.testing.assert_allclose(answers(host, library, ENVELOPES), values, rtol=1e-12)
 
 
 class TestPlatformThatCannotBeBuilt:

@@ -1,4 +1,4 @@
-"""GtmSurrogateNative against the networks that it carries, in every importer."""
+"""GtmSurrogateNative against the networks that it carries."""
 
 import ctypes
 from pathlib import Path
