@@ -82,6 +82,8 @@ class Variable:
     """SI per unit in which the slave computes the variable."""
     bounded: bool = False
     """Values outside minimum .. maximum are refused."""
+    deferred: bool = False
+    """A native FMU computes the output only when it is asked for it or another deferred one."""
 
     def displayed(self, value: float) -> float:
         """A value in SI, in the display unit."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,7 @@ def _contents(model: Model, name: str, fmi: int) -> NativeContents:
         native=("form_model.c", "stateless.c"),
         written=form_files(form, "form"),
         has_partial_derivatives=True,
+        defers=True,
     )
     return native.contents(_description(form, model, name), fmi, lambda _: _reference(model))
 
@@ -70,7 +72,9 @@ def _description(form: ClosedForm, model: Model, name: str) -> ModelDescription:
     known = tuple(variable.name for variable in inputs)
     outputs = [_output(v.name, v.unit, "Output of the model", known) for v in form.outputs]
     deviations = [
-        _output(f"{v.name}_std", v.unit, f"Standard deviation of {v.name}", known) for v in form.outputs if form.std
+        replace(_output(f"{v.name}_std", v.unit, f"Standard deviation of {v.name}", known), deferred=True)
+        for v in form.outputs
+        if form.std
     ]
     domain = Variable(
         name=IN_DOMAIN,

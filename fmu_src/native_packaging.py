@@ -94,13 +94,16 @@ class NativeModel:
     has_partial_derivatives: bool = False
     memory: int = 0
     has_model_exchange: bool = True
+    defers: bool = False
+    """Whether it computes deferred outputs."""
 
     def contents(
         self, sibling: ModelDescription, fmi: int, reference: Callable[[ModelDescription], dict[str, bytes]]
     ) -> NativeContents:
         """The FMU of FMI 2.0 or 3.0; ``reference`` makes its expected results."""
         derivatives = f"{'' if self.has_partial_derivatives else 'no_'}partial_derivatives.c"
-        sources = source_files((*SHARED, derivatives, *self.native), self.core, fmi) | dict(self.written)
+        nothing = () if self.defers else ("nothing_deferred.c",)
+        sources = source_files((*SHARED, derivatives, *nothing, *self.native), self.core, fmi) | dict(self.written)
         to_compile = tuple(sorted(name for name in (*sources, "variables.c") if name.endswith(".c")))
         added = self.usage, self.groups, self.has_partial_derivatives, self.memory, self.has_model_exchange
         name = sibling.name if sibling.origin else f"{sibling.name}Native{'' if fmi == 2 else fmi}"
@@ -150,7 +153,13 @@ def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
 def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     """GtmSurrogateNative in FMI 2.0 or GtmSurrogateNative3 in FMI 3.0."""
     from fmu_src.envelope_variables import ENVELOPE_FAULTS
-    from fmu_src.surrogate_variables import NATIVE_USAGE, emulated_envelope, read_networks, surrogate_description
+    from fmu_src.surrogate_variables import (
+        DEFERRED_ENVELOPE,
+        NATIVE_USAGE,
+        emulated_envelope,
+        read_networks,
+        surrogate_description,
+    )
 
     speeds, throttle = read_networks(networks)
     native = NativeModel(
@@ -159,7 +168,9 @@ def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
         written=form_files(closed_form(speeds, has_short_factor=True), "speeds")
         | form_files(replace(closed_form(throttle), std=None), "throttle"),
         usage=NATIVE_USAGE,
+        groups={"envelope": DEFERRED_ENVELOPE},
         has_partial_derivatives=True,
+        defers=True,
     )
     reference = partial(reference_envelopes, find=emulated_envelope(speeds, throttle))
     return native.contents(surrogate_description(speeds, throttle), fmi, reference)

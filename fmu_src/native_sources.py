@@ -87,6 +87,10 @@ def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -
             raise ValueError(f"The variables of kind {name} do not follow each other.")
         counts |= {array: min(places, default=0), f"N_{array}": len(places)}
     counts |= {"TIME_REFERENCE": kinds.index("TIME"), "N_MEMORY": model.implementation.memory}
+    deferred = [place for place, variable in enumerate(variables) if variable.deferred]
+    if deferred != list(range(min(deferred, default=0), min(deferred, default=0) + len(deferred))):
+        raise ValueError("The deferred outputs do not follow each other.")
+    counts |= {"DEFERRED": min(deferred, default=0), "N_DEFERRED": len(deferred)}
     counts["HAS_MODEL_EXCHANGE"] = int(model.implementation.has_model_exchange)
     references = {
         variable.name.upper().replace(".", "_"): place

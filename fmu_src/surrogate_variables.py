@@ -1,6 +1,7 @@
 """The variables of GtmSurrogate, and the networks that it carries."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from fmu_src.description import DISPLAY_UNITS, ModelDescription, Variable, si
@@ -91,6 +92,8 @@ ENVELOPE = (
     _speed("v_min_std", "Standard deviation of v_min"),
     _speed("v_max_std", "Standard deviation of v_max"),
 )
+DEFERRED_ENVELOPE = (*ENVELOPE[:2], *(replace(variable, deferred=True) for variable in ENVELOPE[2:]))
+"""The standard deviations cost thirty times the speeds."""
 FLAGS = (
     _flag("feasible", "Whether there is an envelope at all"),
     _flag("in_domain", "Whether the case is inside the ranges of the training data"),

@@ -55,21 +55,25 @@ bool instance_load(Instance *i, double x[], double u[], const char *consequence)
     return true;
 }
 
+bool instance_is_deferred(int v) { return DEFERRED <= v && v < DEFERRED + N_DEFERRED; }
+
 static const char STALE[] = "The outputs cannot be computed.";
 
-/* Derivatives or outputs at the present values; on a fault they stay those of the last good ones. */
 Status instance_update(Instance *i, int part)
 {
     if (i->is_stale[part]) {
-        const int first = part == RATES ? DERIVATIVES : OUTPUTS, n = part == RATES ? N_STATES : N_OUTPUTS;
+        const int firsts[] = {DERIVATIVES, OUTPUTS, DEFERRED}, counts[] = {N_STATES, N_OUTPUTS, N_DEFERRED};
+        const int first = firsts[part], n = counts[part];
         double x[ROOM(N_STATES)], u[ROOM(N_INPUTS)], results[ROOM(N_UNKNOWNS)], values[ROOM(N_UNKNOWNS)];
         i->is_stale[part] = false;
         i->fault[part] = -1;
         if (!instance_load(i, x, u, STALE)) return DISCARD;
-        int fault = part == RATES ? model_derivatives(x, u, i->now.values, i->now.memory, results)
-                                  : model_outputs(x, u, i->now.values, i->now.memory, results);
+        int fault = part == RATES     ? model_derivatives(x, u, i->now.values, i->now.memory, results)
+                    : part == RESULTS ? model_outputs(x, u, i->now.values, i->now.memory, results)
+                                      : model_deferred_outputs(x, u, i->now.values, i->now.memory, results);
         for (int k = 0; k < n && !fault; k++) {
-            values[k] = results[k] * model_variables[first + k].scale;
+            const bool is_later = part == RESULTS && instance_is_deferred(first + k);
+            values[k] = is_later ? i->now.values[first + k] : results[k] * model_variables[first + k].scale;
             if (!isfinite(values[k])) fault = FAULT_NOT_FINITE;
         }
         i->fault[part] = fault;

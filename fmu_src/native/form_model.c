@@ -11,10 +11,16 @@ int model_outputs(const double x[], const double u[], const double values[], dou
 {
     (void)x, (void)values, (void)memory;
     form_predict(u, y);
-#if form_has_std
-    form_std(u, y + form_outputs);
-#endif
     y[N_OUTPUTS - 1] = form_in_range(u, ROUNDING);
+    return 0;
+}
+
+int model_deferred_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
+{
+    (void)x, (void)u, (void)values, (void)memory, (void)y;
+#if form_has_std
+    form_std(u, y);
+#endif
     return 0;
 }
 

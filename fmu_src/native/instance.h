@@ -40,9 +40,9 @@ typedef void Logger(const Instance *, Status, const char *category, const char *
 struct Instance {
     Saved now;
     double stop_time;                          /* infinite if not given */
-    bool is_stale[2];                          /* derivatives, outputs */
+    bool is_stale[3];                          /* derivatives, outputs, deferred outputs */
     bool is_slope_stale;
-    int fault[2];                              /* of derivatives and outputs, when not stale */
+    int fault[3];                              /* of the same, when not stale */
     double jacobian[ROOM(N_UNKNOWNS * N_KNOWNS)];
     unsigned logged;                           /* bit by category */
     Logger *logger;

@@ -8,7 +8,7 @@
 #define ROUNDING 1e-9
 
 /* Parts of the results, which are computed when they are asked for. */
-enum { RATES, RESULTS };
+enum { RATES, RESULTS, LATER };
 
 /* Log a message in its category; errors are always told. */
 void instance_say(const Instance *, Status, const char *format, ...);
@@ -29,7 +29,11 @@ const double *instance_range_of(const Instance *, int input, double *command);
 /* States and held inputs in the model's units; whether they can be used, with what follows if not. */
 bool instance_load(Instance *, double x[], double u[], const char *consequence);
 
-/* Derivatives (RATES) or outputs (RESULTS) at the present values; on a fault they stay those of the last good ones. */
+/* Whether an output is computed only when it is asked for itself. */
+bool instance_is_deferred(int v);
+
+/* Derivatives (RATES), outputs (RESULTS) or deferred ones (LATER) at the present values; on a fault they stay those of
+   the last good ones. */
 Status instance_update(Instance *, int part);
 
 #endif

@@ -42,6 +42,10 @@ int model_derivatives(const double x[], const double u[], const double values[],
 /* y[N_OUTPUTS]. */
 int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[]);
 
+/* y[N_DEFERRED], the outputs that cost so much that they are computed only when asked for; `model_outputs` leaves their
+   places in y as they are. */
+int model_deferred_outputs(const double x[], const double u[], const double values[], double memory[], double y[]);
+
 /* jacobian[N_UNKNOWNS * N_KNOWNS], row by row; not asked for when no partial derivatives are declared. */
 int model_jacobian(const double x[], const double u[], const double values[], double jacobian[]);
 

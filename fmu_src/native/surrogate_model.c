@@ -29,11 +29,18 @@ int model_outputs(const double x[], const double u[], const double values[], dou
     throttle_predict(asked, &least_throttle);
     y[OUT(V_MIN)] = v[LOWEST];
     y[OUT(V_MAX)] = v[HIGHEST];
-    speeds_std(asked, y + OUT(V_MIN_STD));
     y[OUT(FEASIBLE)] = least_throttle <= model_full_throttle_pct[0] && v[LOWEST] <= v[HIGHEST];
     y[OUT(IN_DOMAIN)] = speeds_in_range(asked, ROUNDING);
     y[OUT(MARGIN_SLOW)] = u[IN(TAS)] - v[LOWEST];
     y[OUT(MARGIN_FAST)] = v[HIGHEST] - u[IN(TAS)];
+    return 0;
+}
+
+int model_deferred_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
+{
+    (void)x, (void)values, (void)memory;
+    if (is_reversed(u)) return FAULT_REVERSED;
+    speeds_std(u + IN(ALTITUDE), y);
     return 0;
 }
 

@@ -30,7 +30,8 @@ Status instance_get(Instance *i, bool is_boolean, const unsigned references[], s
     Status status = OK;
     for (size_t k = 0; k < n; k++) {
         const Kind kind = model_variables[references[k]].kind;
-        if (kind == DERIVATIVE || kind == OUTPUT) status = worse(status, instance_update(i, kind == DERIVATIVE ? RATES : RESULTS));
+        const int part = kind == DERIVATIVE ? RATES : instance_is_deferred((int)references[k]) ? LATER : RESULTS;
+        if (kind == DERIVATIVE || kind == OUTPUT) status = worse(status, instance_update(i, part));
         values[k] = i->now.values[references[k]];
     }
     return status;
