@@ -172,6 +172,7 @@ def slave_table(model: ModelDescription) -> dict:
         "units": [variable.unit for variable in variables],
         "starts": [0.0 if variable.start is None else float(variable.start) for variable in variables],
         "scales": [variable.scale for variable in variables],
+        "booleans": [place[variable.name] for variable in variables if variable.boolean],
         "bounds": {
             str(place[variable.name]): [variable.minimum, variable.maximum]
             for variable in variables

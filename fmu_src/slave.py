@@ -49,6 +49,7 @@ class TableSlave(Fmi2Slave):
         self.names: list[str] = self.table["names"]
         self.values: list[float] = self.table["starts"]
         self.bounds = {int(place): bounds for place, bounds in self.table["bounds"].items()}
+        self.booleans = set(self.table["booleans"])
         self.refused: dict[str, str] = {}
         self.is_stale = True
 
@@ -121,6 +122,10 @@ class TableSlave(Fmi2Slave):
 
     def set_boolean(self, vrs, values):
         """Take truth as 0 or 1."""
+        for place in vrs:
+            if place not in self.booleans:
+                self.log(f"There is no Boolean variable with value reference {place}.", Fmi2Status.error)
+                return
         self.set_real(vrs, [float(value) for value in values])
 
     def do_step(self, current_time, step_size):

@@ -1,16 +1,18 @@
 """GtmAircraft and GtmAircraftNative against the simulation in this process; their switches, failures and states."""
 
 import ctypes
+from contextlib import suppress
 
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
 from fmu_src.aircraft_variables import aircraft_description
 from gtm_fmu.airframe.names import CONTROLS, SIMULATION_INPUTS, SIMULATION_SETTINGS, STATES
 from gtm_fmu.client import FmuClient, FmuError
-from gtm_fmu.core.simulation import DEFAULTS, Simulation
+from gtm_fmu.core.simulation import DEFAULTS, Simulation, memory_size
 from gtm_fmu.steady import trim
 from gtm_fmu.trim import FmuTrimmer
 from tests.fmu_src.conftest import AIRCRAFT
@@ -133,6 +135,14 @@ class TestRefusals:
                 np.testing.assert_array_equal(fmu.get(NAMES["states"]), before)
             fmu.step(STEP_S)
 
+    def test_a_real_variable_is_no_boolean(self, paths, name):
+        with FmuClient(paths[name]) as fmu:
+            before = fmu.get(["damage.case"])
+            with suppress(FMICallException):  # pythonfmu tells it in its log only
+                fmu.instance.setBoolean([fmu.reference("damage.case")], [True])
+            assert fmu.messages[-1].text.startswith("There is no Boolean variable with value reference")
+            np.testing.assert_array_equal(fmu.get(["damage.case"]), before)
+
     def test_values_out_of_bounds(self, paths, name):
         with FmuClient(paths[name]) as fmu, pytest.raises(FmuError, match=r"damage\.case was given as 9, allowed is 0"):
             fmu.set(["damage.case"], [9.0])
@@ -201,3 +211,28 @@ def test_a_trim_over_it_has_no_actuators(paths, name):
     with FmuClient(paths[name], **places) as fmu:
         found = FmuTrimmer(fmu).trim(altitude_ft=10000, tas_kt=118.5, turn_rate_deg_s=2)
     np.testing.assert_allclose(found.unknowns, trim(10000, 118.5, 0, 2).unknowns, rtol=1e-9, atol=1e-9)
+
+
+def test_damaged_bytes_of_a_state(paths):
+    """Whatever the memory of the actuators is made to hold: a sentence in the log, or finite values."""
+    with FmuClient(paths["aircraft-native"]) as fmu:
+        fmu.step(STEP_S)
+        stored = fmu.instance.serializeFMUstate(fmu.instance.getFMUstate())
+        refused = 0
+        for place in range(24):  # flags, clock, positions, lag, number of records and the first of them
+            for value in (np.nan, -1.0, 0.5, 65.0, 1e300):
+                memory = np.frombuffer(stored, dtype=np.uint8).copy()
+                begin = len(stored) - 8 * (memory_size() - place)
+                memory[begin : begin + 8] = np.frombuffer(np.float64(value).tobytes(), np.uint8)
+                fmu.time_s = STEP_S
+                try:
+                    fmu.instance.setFMUstate(fmu.instance.deSerializeFMUstate(memory.tobytes()))
+                    fmu.step(STEP_S)
+                    assert np.isfinite(fmu.get(NAMES["states"] + NAMES["outputs"])).all()
+                except (FMICallException, FmuError):
+                    refused += 1
+        assert refused > 24
+        assert fmu.messages[-1].text
+        fmu.instance.setFMUstate(fmu.instance.deSerializeFMUstate(stored))
+        fmu.time_s = STEP_S
+        fmu.step(STEP_S)
