@@ -27,7 +27,7 @@ from table import row, write
 from gtm_fmu import distribution, results
 from gtm_fmu.axes import limits_span, span
 from gtm_fmu.cases import CaseTable, Sampling
-from gtm_fmu.distribution import PIECE, compute
+from gtm_fmu.distribution import compute
 from gtm_fmu.store import LARGEST_CHUNK, CaseStore
 
 SECONDS, ROUNDS, CHUNK, MADE_UP, MILLION = 12, 2, 64, 20_480, 1_000_000
@@ -41,7 +41,7 @@ def table(cases: int) -> CaseTable:
 
 
 def solve(start: int) -> None:
-    results.evaluate(table(MILLION).rows(start, start + PIECE))
+    results.evaluate(table(MILLION).rows(start, start + CHUNK))
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ def plain_processes(cases: int, processes: int) -> Run:
 
     def run(mark: Callable[[int], None]) -> None:
         with get_context("spawn").Pool(processes) as pool:
-            for k, _ in enumerate(pool.imap_unordered(solve, range(0, cases, PIECE))):
-                mark(PIECE * (k + 1))
+            for k, _ in enumerate(pool.imap_unordered(solve, range(0, cases, CHUNK))):
+                mark(CHUNK * (k + 1))
 
     return watched(cases, run)
 

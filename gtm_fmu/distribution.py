@@ -25,8 +25,8 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Range
 from gtm_fmu.store import CaseStore, writer_lock
 
-PIECE = 32
-"""Cases a task at most: seconds, so that the last ones end together."""
+PIECE = 128
+"""Cases a task at most: some seconds of work, against which its way there and back is short."""
 WORKER_MEMORY = "500MB"
 """A worker that takes more is started anew."""
 _LOST = (CancelledError, CommClosedError, TimeoutError)
