@@ -33,8 +33,16 @@ def fmu(tmp_path_factory):
         yield client
 
 
+@pytest.fixture
+def heard():
+    """Control-C raises, even in tests that run in the background of a shell, which ignores it there."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("at", [1, 5, 20, 40])
-def test_a_trim_is_stopped_wherever_it_is(fmu, at):
+def test_a_trim_is_stopped_wherever_it_is(fmu, heard, at):
     evaluator = Interrupted(fmu, at)
     with pytest.raises(KeyboardInterrupt):
         FmuTrimmer(evaluator).trim(10000.0, 118.5)
@@ -45,7 +53,8 @@ def test_a_trim_is_stopped_wherever_it_is(fmu, at):
 def test_a_simulation_is_stopped(fmu, tmp_path):
     """A real Control-C while a process steps the pythonfmu FMU: the slave's own Python never sees it."""
     script = (
-        "import sys\nfrom gtm_fmu.client import FmuClient\n"
+        "import signal, sys\nfrom gtm_fmu.client import FmuClient\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "with FmuClient(sys.argv[1]) as fmu:\n"
         "    try:\n        print('ready', flush=True)\n        fmu.simulate(1e4, 0.01, ['air.tas'])\n"
         "    except KeyboardInterrupt:\n"
