@@ -1,19 +1,25 @@
-"""Seconds for the paper's lattice of envelopes, and milliseconds of one V_max beside IPOPT's on the same equations.
+"""Seconds for the paper's lattice of envelopes and grids, and milliseconds of one V_max beside IPOPT's and SLSQP's.
 
     python benchmarks/envelope.py
 
-IPOPT (through CasADi) gets the core's accelerations with their exact slopes, the same bounds, scaled unknowns and one
-start, the level trim at 120 kt or the next speed that has one; it has no way to know whether another start would do
-better. Both seek V_max with jammed rudders at random flight conditions that have an envelope.
+IPOPT (through CasADi) and SLSQP (SciPy) get the core's accelerations with their exact slopes, the same bounds, scaled
+unknowns and one start, the level trim at 120 kt or the next speed that has one; neither can know whether another start
+would do better. All seek V_max with jammed rudders at random flight conditions that have an envelope.
+
+Times of one V_max are processor times. Each lattice is computed in a process of its own, which remembers nothing.
 """
 
+import multiprocessing
 import statistics
 import sys
 import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
+from scipy.optimize import minimize
 
 sys.path.insert(0, str(Path(__file__).parent))
 from table import row, write
@@ -23,7 +29,9 @@ from gtm_fmu.airframe.atmosphere import atmosphere
 from gtm_fmu.airframe.names import STATES, TRIM_UNKNOWNS
 from gtm_fmu.airframe.steady_manoeuvre import steady_manoeuvre
 from gtm_fmu.core import solver
+from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.failures import ControlLimits
+from gtm_fmu.grid import envelope_grid
 from gtm_fmu.manoeuvre import PHI, RUDDER, V
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
@@ -107,58 +115,120 @@ def ipopt_v_max(state, altitude, gamma, lower, upper, start) -> tuple[float, flo
     F = Accelerations(state, altitude, gamma)
     y = ca.MX.sym("y", NT)
     problem = ca.nlpsol("v_max", "ipopt", {"x": y, "f": -y[V], "g": F(y)}, OPTIONS)
-    began = time.perf_counter()
+    began = time.process_time()
     found = problem(x0=start / SCALE, lbx=lower / SCALE, ubx=upper / SCALE, lbg=0, ubg=0)
-    taken = time.perf_counter() - began
+    taken = time.process_time() - began
     solved = problem.stats()["success"]
     return (float(found["x"][V]) * SCALE[V] * KT_PER_FT_S if solved else np.nan), taken
 
 
-def compare() -> tuple[float, float, int, int]:
-    """Median ms of one V_max by the core and by IPOPT, in how many cases IPOPT agrees, and goes beyond."""
+def slsqp_v_max(state, altitude, gamma, lower, upper, start) -> tuple[float, float]:
+    """The same by `scipy.optimize.minimize`."""
+    F = Accelerations(state, altitude, gamma)
+    downhill = -np.eye(NT)[V]
+
+    def accelerations(y):
+        return F.slopes(y[:, None])[0]
+
+    on_manifold = {"type": "eq", "fun": accelerations, "jac": lambda y: F.slopes(y[:, None])[1]}
+    began = time.process_time()
+    found = minimize(
+        lambda y: -y[V],
+        start / SCALE,
+        jac=lambda y: downhill,
+        bounds=np.column_stack([lower, upper]) / SCALE[:, None],
+        constraints=on_manifold,
+        method="SLSQP",
+        options={"maxiter": 300, "ftol": 1e-10},
+    )
+    taken = time.process_time() - began
+    solved = found.success and np.abs(accelerations(found.x)).max() < 1e-6
+    return (found.x[V] * SCALE[V] * KT_PER_FT_S if solved else np.nan), taken
+
+
+PEERS: dict[str, Callable[..., tuple[float, float]]] = {"IPOPT": ipopt_v_max, "SciPy's SLSQP": slsqp_v_max}
+
+
+def compare() -> list[dict]:
+    """Median ms of one V_max by the core beside each peer's, and in how many cases the peer gives the same."""
     rng, state = np.random.default_rng(0), state_function()
     objective = -np.eye(NT)[V]
-    core_ms, ipopt_ms, agree, beyond = [], [], 0, 0
+    core_ms: list[float] = []
+    peer_ms: dict[str, list[float]] = {name: [] for name in PEERS}
+    agree = dict.fromkeys(PEERS, 0)
     while len(core_ms) < CASES:
         altitude, gamma = rng.uniform(0, 30000), rng.uniform(-5, 5) * RAD_PER_DEG
         jam = rng.uniform(-22, 22)
         lower, upper = manoeuvre.bounds(ControlLimits(rudder_deg=(jam, jam)))
-        began = time.perf_counter()
+        began = time.process_time()
         found = solver.envelope_end(altitude, gamma, lower, upper, objective)
-        taken = time.perf_counter() - began
+        taken = time.process_time() - began
         if found.status != solver.TRIMMED:
             continue
         core_ms.append(1e3 * taken)
         held = [[speed * FT_S_PER_KT, 0.0, jam] for speed in (120, 140, 100, 160)]
         start = solver.cold_starts(altitude, gamma, held)[0]
         assert start[RUDDER] == jam
-        v_max_kt, taken = ipopt_v_max(state, altitude, gamma, lower, upper, start)
-        ipopt_ms.append(1e3 * taken)
-        difference = v_max_kt - found.y[V] * KT_PER_FT_S
-        agree += abs(difference) <= SAME_KT
-        beyond += difference > SAME_KT
-    return statistics.median(core_ms), statistics.median(ipopt_ms), agree, beyond
+        for name, seek in PEERS.items():
+            v_max_kt, taken = seek(state, altitude, gamma, lower, upper, start)
+            peer_ms[name].append(1e3 * taken)
+            difference = v_max_kt - found.y[V] * KT_PER_FT_S
+            assert not difference > SAME_KT, "a peer goes beyond"
+            agree[name] += bool(abs(difference) <= SAME_KT)
+    core = statistics.median(core_ms)
+    rows = []
+    for name, times in peer_ms.items():
+        peer = f"{name}, one start, exact slopes; the same V_max in {agree[name]} of {CASES}, beyond it in none; ms"
+        median = statistics.median(times)
+        rows.append(row("V_max of a jam from all starts, median", core, "ms", peer, median, median / core))
+    return rows
 
 
-def lattice_seconds(workers: int) -> tuple[float, float, int]:
-    """Wall-clock and processor seconds of the paper's lattice, and the number of cases."""
+def lattice(workers: int) -> int:
+    """Number of envelopes of the paper's lattice."""
+    return dataset.lattice(workers=workers).feasible.size
+
+
+def masks(workers: int) -> int:
+    """Number of trims in all grids of 1 kt x 1 deg/s of the paper's lattice, with stability and controllability."""
+
+    def points(condition: tuple[float, float]) -> int:
+        failures = (ControlLimits(rudder_deg=limits) for limits in dataset.rudder_failures(dataset.PAPER_RUDDERS_DEG))
+        grids = (envelope_grid(FlightCondition(*condition, limits)) for limits in failures)
+        return sum(int(np.count_nonzero(grid.feasible)) for grid in grids)
+
+    conditions = [(h, gamma) for h in dataset.PAPER_ALTITUDES_FT for gamma in dataset.PAPER_GAMMAS_DEG]
+    with ThreadPoolExecutor(workers) as pool:
+        return sum(pool.map(points, conditions))
+
+
+def _timed(work: Callable[[int], int], workers: int) -> tuple[int, float, float]:
     wall, processor = time.perf_counter(), time.process_time()
-    cases = dataset.lattice(workers=workers).feasible.size
-    return time.perf_counter() - wall, time.process_time() - processor, cases
+    count = work(workers)
+    return count, time.perf_counter() - wall, time.process_time() - processor
+
+
+def measure(work: Callable[[int], int], workers: int) -> tuple[int, float, float]:
+    """Count, wall-clock and processor seconds of a piece of work in a new process."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
+        return process.submit(_timed, work, workers).result()
 
 
 def main() -> None:
-    core_ms, ipopt_ms, agree, beyond = compare()
-    assert beyond == 0
-    peer = f"IPOPT, one start, exact slopes; the same V_max in {agree} of {CASES}, beyond it in none; ms"
-    rows = [row("V_max of a jam from all starts, median", core_ms, "ms", peer, ipopt_ms, ipopt_ms / core_ms)]
+    rows = compare()
     for workers in (1, 2):
-        wall, processor, cases = lattice_seconds(workers)
-        name = f"lattice of {cases} envelopes, {workers} worker{'s' if workers > 1 else ''}"
+        cases, wall, processor = measure(lattice, workers)
+        name = f"lattice of {cases} envelopes with t_min and the trims at both ends, {_threads(workers)}"
         rows += [row(name, wall, "s"), row(f"{name}, processor time", processor, "s")]
-        if workers == 1:
-            rows.append(row("one envelope (V_min, V_max, t_min), processor time", 1e3 * processor / cases, "ms"))
+    points, wall, processor = measure(masks, 2)
+    name = f"all grids of the lattice, {points} trims with stability and controllability, {_threads(2)}"
+    rows += [row(name, wall, "s"), row(f"{name}, processor time", processor, "s")]
+    rows.append(row("one trim of a grid, processor time", 1e6 * processor / points, "us"))
     write("envelope", rows)
+
+
+def _threads(count: int) -> str:
+    return f"{count} thread{'s' if count > 1 else ''}"
 
 
 if __name__ == "__main__":
