@@ -1,40 +1,43 @@
-"""The boundary of an envelope: lowest and highest turn rate over speed, and the limits that hold its pieces."""
+"""The boundary of an envelope in the plane of speed and turn rate: polygons, and the limits that hold their pieces.
 
-from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Sequence
+A grid of trims shows where the boundary runs: between a trim and a cell without one. Each crossing of a line of the
+grid is the extreme of the speed or of the turn rate on it, sought from the trim. Between two crossings points are added
+on lines across, until the polygon is straight there and one limit holds it.
+"""
+
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any
 
+import contourpy
 import numpy as np
 
-SPEED_TOLERANCE_KT, RATE_TOLERANCE_DEG_S = 0.1, 0.05
+from gtm_fmu import manoeuvre
+from gtm_fmu.core import solver
+from gtm_fmu.envelope import FlightCondition
+from gtm_fmu.manoeuvre import PSI_DOT, V
+from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
+
+RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT = 0.05, 0.1
 """A point of the polygon is off by less than one of the two."""
 
-_WIDEST_STEP_KT = 4.0  # between the speeds at which both turn rates are sought from everywhere
-_NARROWEST_KT = 1e-6  # between two points, where a limit of speed holds a range of turn rates
-_STRAIGHT_DEG_S = 0.25 * RATE_TOLERANCE_DEG_S  # a kink between two points shows at least by half at their middle
-
-
-@dataclass(frozen=True)
-class BoundaryPoint:
-    """A manoeuvre of extreme turn rate at its speed: trim unknowns y (9 or 10), and the limits that hold it."""
-
-    tas_kt: float
-    turn_rate_deg_s: float
-    y: np.ndarray
-    limits: tuple[str, ...]
-
-
-Extreme = Callable[[float, np.ndarray | None], BoundaryPoint | None]
-"""The point at a speed in kt, sought from trims (n, 9 or 10) or from everywhere; None where no manoeuvre was found."""
+_TOLERANCE = np.array([RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT])
+_UNKNOWN = (PSI_DOT, V)
+_PER_UNIT = np.array([DEG_PER_RAD, 1.0 / FT_S_PER_KT])
+_STRAIGHT = 0.25  # of the tolerances
+_STEPS = np.array([1.0, 1.0])  # deg/s, kt, of the grid; finer where an envelope has few of them
+_FEWEST = 12
+_FINEST = 1e-3  # of the steps
+_MOST_WINDOWS, _MOST_SHEETS, _MOST_HALVINGS = 12, 6, 12
+_FARTHEST = 2.0  # steps of the grid, from the crossings to a point between them
 
 
 @dataclass(frozen=True)
 class Piece:
     """A part of the boundary that the same limits hold: turn rates (n) in deg/s and speeds (n) in kt.
 
-    No limits: no turn at these speeds is faster, whatever the limits.
+    No limits: the aircraft itself has no manoeuvre beyond.
     """
 
     limits: tuple[str, ...]
@@ -49,38 +52,18 @@ class Piece:
 
 @dataclass(frozen=True)
 class Boundary:
-    """Lowest and highest turn rate (n) in deg/s over true airspeed (n) in kt.
+    """Closed polygons around the manoeuvres, each in pieces that begin where the one before ends.
 
-    Between two speeds it is drawn straight. Near the ceiling some turn rates between the two may have no manoeuvre: the
-    narrow notches of a few envelopes, which a grid (`grid.envelope_grid`) shows. In a gap of the speeds (see
-    `envelope.FlightCondition.intervals`) there is one point, and its turn rates are NaN. ``limits_min`` and
-    ``limits_max`` (n) name the limits that hold each point (`manoeuvre.limits_hit`).
+    There are several where speeds have gaps; a hole is a polygon inside another. Parts narrower than a cell of the grid
+    (1 kn x 1 deg/s, of small envelopes a twelfth) may be missing or cut. The limits of a piece have the names of
+    `manoeuvre.limits_hit`.
     """
 
-    tas_kt: np.ndarray
-    turn_rate_min_deg_s: np.ndarray
-    turn_rate_max_deg_s: np.ndarray
-    limits_min: tuple[tuple[str, ...], ...]
-    limits_max: tuple[tuple[str, ...], ...]
-
-    @classmethod
-    def nothing(cls) -> "Boundary":
-        """Where there is no manoeuvre."""
-        return cls(np.empty(0), np.empty(0), np.empty(0), (), ())
-
-    @property
-    def polygons(self) -> tuple[tuple[Piece, ...], ...]:
-        """For each interval of speeds its closed boundary, in pieces that each begin where the one before ends.
-
-        It leads from the lowest speed up along the lowest turn rates and back along the highest.
-        """
-        gaps = np.flatnonzero(np.isnan(self.turn_rate_min_deg_s)).tolist()
-        ends = [-1, *gaps, len(self.tas_kt)]
-        return tuple(self._around(before + 1, after) for before, after in pairwise(ends) if after - before > 1)
+    polygons: tuple[tuple[Piece, ...], ...]
 
     @property
     def outlines(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Turn rates and speeds once around each of the `polygons`, back to the first point."""
+        """Turn rates and speeds once around each of the polygons, back to the first point."""
         return tuple(
             (
                 np.concatenate([around[0].turn_rate_deg_s[:1], *(piece.turn_rate_deg_s[1:] for piece in around)]),
@@ -89,101 +72,165 @@ class Boundary:
             for around in self.polygons
         )
 
-    def _around(self, start: int, stop: int) -> tuple[Piece, ...]:
-        points = slice(start, stop)
-        speeds, lowest, highest = (
-            self.tas_kt[points],
-            self.turn_rate_min_deg_s[points],
-            self.turn_rate_max_deg_s[points],
-        )
-        if len(speeds) == 1:
-            return (Piece(self.limits_min[start], lowest, speeds),)
-        rates, speeds = np.append(lowest, highest[-2::-1]), np.append(speeds, speeds[-2::-1])
-        edges = [*_edges(self.limits_min[points]), *reversed(_edges(self.limits_max[points]))]
-        pieces, first = [], 0
-        for limits, run in groupby(edges):
-            last = first + len(list(run))
-            pieces.append(Piece(limits, rates[first : last + 1], speeds[first : last + 1]))
-            first = last
-        return tuple(pieces)
+
+@dataclass(frozen=True)
+class _Vertex:
+    """A trim y on the boundary, at its turn rate and speed (2), and the limits that hold it."""
+
+    place: np.ndarray
+    y: np.ndarray
+    limits: tuple[str, ...]
 
 
-def _edges(limits: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """What holds the edges between points: the lower one's limits, but at an end those that it has in common."""
-    held = list(limits[:-1])
-    for edge, end, inner in ((0, 0, 1), (-1, -1, -2)):
-        common = tuple(name for name in limits[end] if name in limits[inner])
-        held[edge] = common or limits[end] or limits[inner]
-    return held
+def envelope_boundary(condition: FlightCondition) -> Boundary:
+    """The boundary of all steady manoeuvres of a flight condition; without an envelope it has no polygon."""
+    seeds = condition.extremes()
+    if not len(seeds):
+        return Boundary(())
+    tracer = _Tracer(condition, seeds)
+    if not tracer.found.feasible.any():  # too few manoeuvres for any grid
+        points = _PER_UNIT * seeds[:, _UNKNOWN]
+        return Boundary(((Piece(manoeuvre.limits_hit(seeds[0], *condition.bounds), points[:, 0], points[:, 1]),),))
+    return Boundary(tuple(_pieces(ring) for ring in tracer.rings()))
 
 
-def traced(intervals: Iterable[tuple[BoundaryPoint, BoundaryPoint]], lowest: Extreme, highest: Extreme) -> Boundary:
-    """The boundary over intervals of speed, each from its slowest to its fastest manoeuvre.
+class _Tracer:
+    """Vertices of the boundary about a grid of trims."""
 
-    Extremes are sought from everywhere every few knots and from their neighbours, then between two points until the
-    straight line holds halfway and at both quarters, or the two are within both tolerances.
-    """
-    columns: list[tuple] = []
-    for slowest, fastest in intervals:
-        if columns:
-            columns.append((0.5 * (columns[-1][0] + slowest.tas_kt), np.nan, np.nan, (), ()))
-        low, high = (_side(slowest, fastest, *goal) for goal in ((lowest, -1), (highest, 1)))
-        known = sorted({point.tas_kt for point in low + high})
-        for one, other in zip(_at(known, low, lowest), _at(known, high, highest), strict=True):
-            columns.append((one.tas_kt, one.turn_rate_deg_s, other.turn_rate_deg_s, one.limits, other.limits))
-    if not columns:
-        return Boundary.nothing()
-    speeds, rates_min, rates_max, limits_min, limits_max = zip(*columns, strict=True)
-    return Boundary(np.array(speeds), np.array(rates_min), np.array(rates_max), limits_min, limits_max)
+    def __init__(self, condition: FlightCondition, seeds: np.ndarray):
+        self._condition = condition
+        self._at = condition.altitude_ft, condition.gamma_deg * RAD_PER_DEG
+        self._airframe = condition.failure.airframe
+        ends = _PER_UNIT * np.array([seeds[:, _UNKNOWN].min(axis=0), seeds[:, _UNKNOWN].max(axis=0)])
+        self._steps = np.minimum(_STEPS, [np.inf, max((ends[1, 1] - ends[0, 1]) / _FEWEST, _FINEST)])
+        while True:
+            self._axes = [
+                start + step * np.arange(-margin, np.ceil((stop - start) / step) + margin + 1)
+                for start, stop, step, margin in zip(*ends, self._steps, (40, 2), strict=True)
+            ]
+            self._axes[1] += 0.37 * self._steps[1]  # an end of the envelope on a line has no area there
+            axes = self._axes[1] * FT_S_PER_KT, self._axes[0] * RAD_PER_DEG
+            self.found = solver.grid(*self._at, *condition.bounds, *axes, seeds, self._airframe)
+            columns = np.count_nonzero(self.found.feasible.any(axis=0))
+            if columns >= _FEWEST or self._steps[0] < _FINEST:
+                break
+            self._steps[0] *= 0.5 if columns > 2 else 0.1
 
+    def rings(self) -> Iterator[list[_Vertex]]:
+        """Vertices of each polygon, with the manoeuvres on the left of the way around."""
+        for line in contourpy.contour_generator(z=self.found.feasible.astype(float)).lines(0.5):
+            corners = [self._crossing(*place) for place in np.asarray(line)[:-1]]
+            ring = []
+            for start, end in pairwise([*corners, corners[0]]):
+                box = 0.5 * np.abs(end.place - start.place) + _FARTHEST * self._steps
+                ring += [start, *self._between(start, end, (0.5 * (start.place + end.place), box))]
+            yield ring
 
-def _at(speeds: list[float], side: list[BoundaryPoint], extreme: Extreme) -> Iterator[BoundaryPoint]:
-    """Points of a side at more speeds than its own."""
-    known = [point.tas_kt for point in side]
-    for speed in speeds:
-        k = bisect_left(known, speed)
-        if known[k] == speed:
-            yield side[k]
-            continue
-        before, after = side[k - 1], side[k]
-        share = (speed - before.tas_kt) / (after.tas_kt - before.tas_kt)
-        rate = before.turn_rate_deg_s + share * (after.turn_rate_deg_s - before.turn_rate_deg_s)
-        found = extreme(speed, np.array([before.y, after.y]))
-        yield found or BoundaryPoint(speed, rate, before.y, before.limits)
+    def _crossing(self, column: float, row: float) -> _Vertex:
+        """Where the boundary crosses a line of the grid, between the two cells about a half of an index."""
+        cells = [(int(rounded(row)), int(rounded(column))) for rounded in (np.floor, np.ceil)]
+        inside, outside = sorted(cells, key=lambda cell: not self.found.feasible[cell])
+        start, end = (np.array([self._axes[0][j], self._axes[1][i]]) for i, j in (inside, outside))
+        y = self.found.y[inside]
+        return self._extreme(start, end, y[None]) or self._vertex(y)
 
+    def _vertex(self, y: np.ndarray) -> _Vertex:
+        return _Vertex(_PER_UNIT * y[list(_UNKNOWN)], y, manoeuvre.limits_hit(y, *self._condition.bounds))
 
-def _side(slowest: BoundaryPoint, fastest: BoundaryPoint, extreme: Extreme, sign: int) -> list[BoundaryPoint]:
-    """Points of the extreme turn rate, the highest (sign 1) or the lowest (-1), dense enough for straight lines."""
-    steps = max(int(np.ceil((fastest.tas_kt - slowest.tas_kt) / _WIDEST_STEP_KT)), 1)
-    speeds = np.linspace(slowest.tas_kt, fastest.tas_kt, steps + 1)[1:-1].tolist()
-    points = [slowest, *(extreme(speed, None) for speed in speeds), fastest]
-    for k, neighbour in [*((k, k - 1) for k in range(1, steps)), *((k, k + 1) for k in range(steps - 1, 0, -1))]:
-        if (near := points[neighbour]) is not None:
-            found = [point for point in (points[k], extreme(speeds[k - 1], near.y[None])) if point is not None]
-            points[k] = max(found, key=lambda point: sign * point.turn_rate_deg_s, default=None)
-    coarse = [point for point in points if point is not None]
-    fine = coarse[:1]
-    for before, after in pairwise(coarse):
-        fine += [*_between(before, after, extreme), after]
-    return fine
+    def _extreme(self, start: np.ndarray, end: np.ndarray, starts: np.ndarray) -> _Vertex | None:
+        """The trim farthest from one place towards another on a line of equal speed or turn rate."""
+        axis = int(np.argmax(np.abs(end - start)))
+        sign, found = np.sign((end - start)[axis]), None
+        for _ in range(_MOST_SHEETS):
+            lower, upper = self._bounds(start, end)
+            objective = np.zeros(len(lower))
+            objective[_UNKNOWN[axis]] = -sign
+            best = solver.extreme(*self._at, lower, upper, objective, starts, self._airframe)
+            if best.status != solver.TRIMMED:
+                break
+            found = self._vertex(best.y)
+            start = found.place.copy()
+            start[axis] += 0.5 * sign * _TOLERANCE[axis]
+            cold = self._trim(start) if sign * (end - start)[axis] > 0 else None
+            if cold is None:
+                break
+            starts = cold[None]  # the trims that were followed end here, but others go on
+        return found
 
+    def _trim(self, place: np.ndarray) -> np.ndarray | None:
+        lower, upper = self._bounds(place, place)
+        altitude, gamma = (np.array([value]) for value in self._at)
+        cold = solver.trims(altitude, gamma, lower[None], upper[None], self._airframe)
+        return cold.y[0] if cold.status[0] == solver.TRIMMED else None
 
-def _between(
-    before: BoundaryPoint, after: BoundaryPoint, extreme: Extreme, is_half: bool = False
-) -> Iterator[BoundaryPoint]:
-    """Points between two, in order; ``is_half`` tells that a straight line held in the middle of twice as much."""
-    wide, high = after.tas_kt - before.tas_kt, abs(after.turn_rate_deg_s - before.turn_rate_deg_s)
-    if wide < _NARROWEST_KT or (wide < SPEED_TOLERANCE_KT and high < RATE_TOLERANCE_DEG_S):
-        return
-    speed = 0.5 * (before.tas_kt + after.tas_kt)
-    middle = extreme(speed, np.array([before.y, after.y])) or extreme(speed, None)
-    if middle is None:
-        return
-    bow = middle.turn_rate_deg_s - 0.5 * (before.turn_rate_deg_s + after.turn_rate_deg_s)
-    is_straight = abs(bow) < _STRAIGHT_DEG_S and before.limits == middle.limits == after.limits
-    if is_straight and is_half:
+    def _bounds(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds that hold turn rate and speed between two places."""
+        lower, upper = (bound.copy() for bound in self._condition.bounds)
+        ends = np.array([start, end]) / _PER_UNIT
+        lower[list(_UNKNOWN)], upper[list(_UNKNOWN)] = ends.min(axis=0), ends.max(axis=0)
+        return lower, upper
+
+    def _between(self, start: _Vertex, end: _Vertex, box: tuple, halvings: int = 0) -> Iterator[_Vertex]:
+        """Vertices between two, in order, inside a box (middle and half of its sides)."""
+        along = (end.place - start.place) / _TOLERANCE
+        length = np.abs(along).max()
+        if length < 1.0 or halvings == _MOST_HALVINGS:
+            return
+        axis = int(abs(along[0]) > abs(along[1]))
+        sign = float(np.sign(along[1] if axis == 0 else -along[0]))
+        middle = self._outermost(start, end, axis, sign * min(length * _TOLERANCE[axis], self._steps[axis]))
+        if middle is None or np.any(np.abs(middle.place - box[0]) > box[1]):
+            return
+        bow = (middle.place - 0.5 * (start.place + end.place))[axis] / _TOLERANCE[axis]
+        if abs(bow) < _STRAIGHT and start.limits == middle.limits == end.limits:
+            yield middle
+            return
+        yield from self._between(start, middle, box, halvings + 1)
         yield middle
-        return
-    yield from _between(before, middle, extreme, is_straight)
-    yield middle
-    yield from _between(middle, after, extreme, is_straight)
+        yield from self._between(middle, end, box, halvings + 1)
+
+    def _outermost(self, start: _Vertex, end: _Vertex, axis: int, reach: float) -> _Vertex | None:
+        """The boundary on the line across the middle of two vertices, sought about it and then beyond."""
+        middle, found = 0.5 * (start.place + end.place), None
+        out = reach * np.eye(2)[axis]
+        near, far, starts = middle - out, middle + out, np.array([start.y, end.y])
+        for _ in range(_MOST_WINDOWS):
+            farther = self._extreme(near, far, starts)
+            if farther is None:
+                break
+            gap = self._gap(middle, farther.place, reach)
+            if gap is not None:  # what lies beyond it is another part of the boundary
+                far = gap
+                continue
+            found = farther
+            if abs((far - found.place)[axis]) > 1e-6 * abs(reach):
+                break
+            near, far, starts = found.place, found.place + 2 * out, found.y[None]
+        return found
+
+    def _gap(self, middle: np.ndarray, place: np.ndarray, reach: float) -> np.ndarray | None:
+        """A point without a trim on the way from the middle out to a place, if it is long; None if none is met."""
+        way = place - middle
+        if way.sum() * np.sign(reach) < _TOLERANCE[np.argmax(np.abs(way))]:
+            return None
+        points = (middle + share * way for share in (0.0, 0.25, 0.5, 0.75))
+        return next((point for point in points if self._trim(point) is None), None)
+
+
+def _pieces(ring: list[_Vertex]) -> tuple[Piece, ...]:
+    """The ring of vertices cut where the limits change."""
+    held = [_held(start.limits, end.limits) for start, end in pairwise([*ring, ring[0]])]
+    turn = next((k for k in range(len(held)) if held[k] != held[k - 1]), 0)
+    ring, held = ring[turn:] + ring[:turn], held[turn:] + held[:turn]
+    places = np.array([vertex.place for vertex in [*ring, ring[0]]])
+    pieces, first = [], 0
+    for limits, run in groupby(held):
+        last = first + len(list(run))
+        pieces.append(Piece(limits, *places[first : last + 1].T))
+        first = last
+    return tuple(pieces)
+
+
+def _held(start: tuple[str, ...], end: tuple[str, ...]) -> tuple[str, ...]:
+    """What holds an edge: of its ends' limits the fewer, since more meet at a corner."""
+    return end if set(end) < set(start) and end else start or end

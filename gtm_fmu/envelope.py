@@ -7,19 +7,18 @@ ones.
 """
 
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from gtm_fmu import manoeuvre
 from gtm_fmu.airframe.names import FULL_CONTROLS
-from gtm_fmu.boundary import Boundary, BoundaryPoint, traced
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.failures import ControlLimits, Failure, Range
-from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, PSI_DOT, RUDDER, THROTTLE, Trim, V
-from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
+from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, RUDDER, THROTTLE, Trim, V
+from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
 _KNOWN_ENDS = 4096
 THROTTLE_WITHOUT_LIMIT = 400.0  # %, beyond any need; the thrust polynomial rises all the way
@@ -28,7 +27,6 @@ _GAP_STEP_KT, _EDGE_TOLERANCE_KT, _HELD = 0.5, 0.001, 1e-6
 
 # Unknown and sign of what is made least: the envelope's two ends, and the throttle that tells whether there is one.
 _V_MIN, _V_MAX, _T_MIN = (V, 1.0), (V, -1.0), (THROTTLE, 1.0)
-_PSI_DOT_MIN, _PSI_DOT_MAX = (PSI_DOT, 1.0), (PSI_DOT, -1.0)
 
 
 @dataclass(frozen=True)
@@ -135,25 +133,20 @@ class FlightCondition:
         found to 0.001 kt.
         """
         whole = self.envelope(rudder_deg)
-        return tuple((slowest.tas_kt, fastest.tas_kt) for slowest, fastest in self._interval_ends(whole))
-
-    def _interval_ends(self, whole: Envelope) -> list[tuple[BoundaryPoint, BoundaryPoint]]:
-        """The slowest and the fastest manoeuvre of each interval of speeds."""
         if not (whole.feasible and whole.at_v_min and whole.at_v_max):
-            return []
+            return ()
         limits_deg = whole.limits.rudder_deg
-        slowest, fastest = whole.at_v_min, whole.at_v_max
-        start, ends = self._point(limits_deg, slowest.tas_kt, slowest.unknowns), []
-        previous = slowest.tas_kt
-        y: np.ndarray | None = slowest.unknowns
-        for speed in np.append(np.arange(slowest.tas_kt, fastest.tas_kt, _GAP_STEP_KT)[1:], fastest.tas_kt).tolist():
-            found = self._trim_at(limits_deg, speed, y) if speed < fastest.tas_kt else fastest.unknowns
+        slowest, fastest = whole.at_v_min.tas_kt, whole.at_v_max.tas_kt
+        start, previous, intervals = slowest, slowest, []
+        y: np.ndarray | None = whole.at_v_min.unknowns
+        for speed in np.append(np.arange(slowest, fastest, _GAP_STEP_KT)[1:], fastest).tolist():
+            found = self._trim_at(limits_deg, speed, y) if speed < fastest else whole.at_v_max.unknowns
             if found is not None and y is None:
                 start = self._edge(limits_deg, speed, previous, found)
             elif found is None and y is not None:
-                ends.append((start, self._edge(limits_deg, previous, speed, y)))
+                intervals.append((start, self._edge(limits_deg, previous, speed, y)))
             previous, y = speed, found
-        return [*ends, (start, self._point(limits_deg, fastest.tas_kt, fastest.unknowns))]
+        return (*intervals, (start, fastest))
 
     @property
     def _has_two_throttles(self) -> bool:
@@ -167,28 +160,13 @@ class FlightCondition:
                 return found.y
         return None
 
-    def _edge(self, rudder_deg: Range, inside: float, outside: float, y: np.ndarray) -> BoundaryPoint:
-        """Where trims end between a speed in kt with the trim y and one without any."""
+    def _edge(self, rudder_deg: Range, inside: float, outside: float, y: np.ndarray) -> float:
+        """Speed in kt, between one with the trim y and one without any, where the trims end."""
         while abs(outside - inside) > _EDGE_TOLERANCE_KT:
             middle = 0.5 * (inside + outside)
             found = self._trim_at(rudder_deg, middle, y)
             inside, outside, y = (inside, middle, y) if found is None else (middle, outside, found)
-        return self._point(rudder_deg, inside, y)
-
-    def boundary(self, rudder_deg: Range | None = None) -> Boundary:
-        """Lowest and highest turn rate over speed, from V_min to V_max; without an envelope it has no points."""
-        whole = self.envelope(rudder_deg)
-        limits_deg = whole.limits.rudder_deg
-
-        def extreme(goal: tuple[int, float], tas_kt: float, starts: np.ndarray | None) -> BoundaryPoint | None:
-            found = self._extreme(limits_deg, goal, tas_kt, starts)
-            return self._point(limits_deg, tas_kt, found.y) if found.status == solver.TRIMMED else None
-
-        return traced(self._interval_ends(whole), partial(extreme, _PSI_DOT_MIN), partial(extreme, _PSI_DOT_MAX))
-
-    def _point(self, rudder_deg: Range, tas_kt: float, y: np.ndarray) -> BoundaryPoint:
-        hit = manoeuvre.limits_hit(y, *self._bounds_with(rudder_deg))
-        return BoundaryPoint(tas_kt, float(y[PSI_DOT]) * DEG_PER_RAD, y, hit)
+        return inside
 
     def extremes(self) -> np.ndarray:
         """Trim unknowns (n, 9) at V_min and V_max under the limits of this condition; none without an envelope."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from gtm_fmu.boundary import Boundary
+from gtm_fmu.boundary import Boundary, envelope_boundary
 from gtm_fmu.envelope import Envelope, FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_fmu.grid import EnvelopeGrid, envelope_grid
@@ -95,7 +95,7 @@ def envelope_family(
     members = []
     for value, varied in zip(values, conditions, strict=True):
         grid = envelope_grid(varied, tas_step_kt, turn_rate_step_deg_s)
-        members.append(Member(float(value), varied.envelope(), varied.boundary(), grid))
+        members.append(Member(float(value), varied.envelope(), envelope_boundary(varied), grid))
         if progress:
             progress(len(members), len(conditions))
     return EnvelopeFamily(AXES[over], tuple(members))

@@ -15,6 +15,7 @@ from typer.exceptions import TyperException
 
 from gtm_fmu.errors import InputError
 from study.dataset_command import dataset
+from study.map_command import maps
 from study.model_commands import export, predict, train
 from study.options import FAILURE, Pair, given_failure, pair, takes
 from study.protocol_command import protocol
@@ -164,10 +165,14 @@ def linearize(
 @app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))
 @takes(FAILURE)
 def envelope(
-    altitude_ft: Altitude,
-    gamma_deg: Gamma = 0.0,
+    altitude_ft: Annotated[float | None, typer.Option(help="Geometric altitude, 0 to 36089 ft; required.")] = None,
+    gamma_deg: Annotated[float | None, typer.Option(help="Flight-path angle in deg, in a climb positive.")] = None,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
+    over: Annotated[
+        tuple[str, float, float, float] | None,
+        typer.Option(metavar="AXIS LOWER UPPER STEP", help="Vary gamma, altitude, or the position a control jams at."),
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Write turn rate over speed to this .png or .html too.")] = None,
     as_json: Json = False,
     **given: Any,
@@ -175,20 +180,29 @@ def envelope(
     """Lowest and highest speed that a failure leaves, exact.
 
     The trims at both ends come with them. Without any envelope "feasible" is false, and the exit code still 0.
+    With --over, envelopes along an axis with their polygons, as --over gamma -5 5 1 or --over rudder -30 30 10.
     """
     from gtm_fmu.envelope import FlightCondition
 
     limits = given_failure(given)
-    condition = FlightCondition(altitude_ft, gamma_deg, limits, alpha_deg, phi_deg)
+    if over:
+        from study.family_command import check_over, show_family
+
+        check_over(over, altitude_ft, gamma_deg, given)
+        altitude_ft = over[1] if over[0] == "altitude" else altitude_ft
+    if altitude_ft is None:
+        raise InputError("Missing option '--altitude-ft'; see `gtm-fmu envelope --help`.")
+    condition = FlightCondition(altitude_ft, gamma_deg or 0.0, limits, alpha_deg, phi_deg)
+    if over:
+        return show_family(condition, over, plot, as_json)
     found = condition.envelope()
     values = found.to_dict() | {"intervals_kt": condition.intervals()}
     for end in ("at_v_min", "at_v_max"):
         values[end] = (trim := getattr(found, end)) and _described(trim, limits)
     if plot:
-        from gtm_fmu.grid import envelope_grid
         from study.envelope_figures import save_envelope
 
-        save_envelope(envelope_grid(condition, turn_rate_step_deg_s=0.5), condition.boundary(), plot)
+        save_envelope(condition, plot)
         values["plot"] = str(plot)
     show(values, as_json, "Envelope")
 
@@ -252,6 +266,9 @@ app.command(epilog=example("surrogates --only 'thrust map'"))(surrogates)
 app.command(epilog=example("protocol --output build/protocol --splits 5"))(protocol)
 app.command("thrust-map", epilog=example("thrust-map --output build/rudder_thrust_map.npz"))(thrust_map)
 app.command(epilog=example("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2"))(dataset)
+
+
+app.add_typer(maps, name="map")
 
 
 def _refuse(sentence: str) -> int:

@@ -1,6 +1,6 @@
 """Numbers of the study: every method held against another that answers the same question."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,9 @@ import sensitivity
 from gtm_fmu import linearization, steady
 from gtm_fmu.client import FmuClient
 from gtm_fmu.core import solver
-from gtm_fmu.envelope import Boundary, FlightCondition
+from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.failures import WIDEST, ControlLimits, Range
+from gtm_fmu.family import EnvelopeFamily, envelope_family
 from gtm_fmu.trim import FmuTrimmer
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 from study.emulator import FULL_THROTTLE_PCT, INPUTS, SPEEDS, RudderEmulator
@@ -24,7 +25,7 @@ TRIMS = 200
 OFF_LATTICE_CASES = 300
 SENSITIVITY_ROWS = 2**17  # rows of the design; the network is evaluated 12 times as often
 FIG_3 = (10000.0, -5.0)  # altitude and flight-path angle of paper Fig. 3
-FIG_3_JAMS_DEG = (0.0, 10.0, 20.0, 30.0, -10.0, -20.0, -30.0)
+FIG_3_JAMS_DEG = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
 JAM_CONDITION = (10000.0, 0.0)
 
 
@@ -58,13 +59,9 @@ def compare_trims(fmu: Path, seed: int, advance: Advance) -> dict[str, Any]:
     }
 
 
-def jam_boundaries(advance: Advance) -> tuple[Mapping[float, Boundary], float, float]:
-    """Envelopes over turn rate for jams, with altitude and flight-path angle, as in paper Fig. 3."""
-    condition, boundaries = FlightCondition(*FIG_3), {}
-    for k, deflection in enumerate(FIG_3_JAMS_DEG):
-        boundaries[deflection] = condition.boundary((deflection, deflection))
-        advance(k + 1, len(FIG_3_JAMS_DEG))
-    return boundaries, *FIG_3
+def jam_family(advance: Advance) -> EnvelopeFamily:
+    """Envelopes over turn rate for jams of the rudder, as in paper Fig. 3."""
+    return envelope_family(FlightCondition(*FIG_3), "rudder", FIG_3_JAMS_DEG, progress=advance)
 
 
 def network_scores(speeds: Selection, throttle: Selection) -> dict[str, Any]:

@@ -1,10 +1,7 @@
 """Figures of the study, drawn from its own results."""
 
-from collections.abc import Mapping
-
 from matplotlib.figure import Figure
 
-from gtm_fmu.envelope import Boundary
 from study.comparisons import SpeedsOverJams
 
 LABELS = {
@@ -15,25 +12,6 @@ LABELS = {
     "v_min_kt": "$V_{min}$",
     "v_max_kt": "$V_{max}$",
 }
-
-
-def plot_jams(boundaries: Mapping[float, Boundary], altitude_ft: float, gamma_deg: float) -> Figure:
-    """Envelopes over turn rate for rudder jams (keys in deg), the whole one at no jam included (paper Fig. 3)."""
-    figure = Figure(figsize=(7, 6), layout="constrained")
-    axes = figure.subplots()
-    for deflection, boundary in sorted(boundaries.items()):
-        if not len(boundary.tas_kt):
-            axes.plot([], [], " ", label=rf"{deflection:g}$\degree$: none left")
-            continue
-        turn_rate = [*boundary.turn_rate_min_deg_s, *boundary.turn_rate_max_deg_s[::-1]]
-        speed = [*boundary.tas_kt, *boundary.tas_kt[::-1]]
-        axes.plot([*turn_rate, turn_rate[0]], [*speed, speed[0]], label=rf"{deflection:g}$\degree$")
-    axes.set_xlabel(r"turn rate $\dot\psi$, deg/s")
-    axes.set_ylabel("true airspeed $V$, kn")
-    axes.set_title(rf"Rudder jammed at {altitude_ft:g} ft, $\gamma$ = {gamma_deg:g}$\degree$")
-    axes.grid(alpha=0.3)
-    figure.legend(title="rudder", loc="outside right upper")
-    return figure
 
 
 def plot_speeds(cut: SpeedsOverJams) -> Figure:

@@ -42,6 +42,29 @@ def save_figure(figure: Figure, path: Path) -> None:
     _write(path, lambda partial: figure.savefig(partial, format="png", dpi=110))
 
 
+def check_picture(path: Path) -> None:
+    """Refuse the name of neither a picture nor a page, before anything is computed for it.
+
+    Raises:
+        InputError: another ending.
+    """
+    if path.suffix not in (".png", ".html"):
+        raise InputError(f"{path} ends in neither .png nor .html; name the picture or the page so.")
+
+
+def save_picture(path: Path, figure: Callable[[], Figure], page: Callable[[], str]) -> None:
+    """Write a figure as a picture (.png) or as an interactive page (.html), by the ending of its name.
+
+    Raises:
+        InputError: another ending, or a folder that cannot be written.
+    """
+    check_picture(path)
+    if path.suffix == ".png":
+        save_figure(figure(), path)
+    else:
+        write_text(page(), path)
+
+
 def _write(path: Path, write: Callable[[Path], object]) -> None:
     partial = path.with_name(f".{path.name}.partial")
     try:

@@ -10,10 +10,12 @@ import xarray as xr
 from rich.console import Console
 
 from gtm_fmu import dataset
+from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from sensitivity import plot_indices
 from study import comparisons, figures, published, report, survey_figures, surveys
 from study.emulator import RudderEmulator, train
+from study.family_figures import family_page, plot_family
 from study.files import save_figure, writable_folder, write_text
 from study.fmus import build_fmu
 from study.progress import stages
@@ -44,16 +46,17 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
             dataset.save(data, output / "envelopes.zarr")
             results["envelopes"] = {"cases": int(data.feasible.size), "feasible": int(data.feasible.sum())}
         with stage("Envelopes of jammed rudders") as advance:
-            save_figure(figures.plot_jams(*comparisons.jam_boundaries(advance)), output / "envelope_jams.png")
+            save_figure(plot_family(comparisons.jam_family(advance)), output / "envelope_jams.png")
         with stage("Envelopes over flight path") as advance:
-            volume = surveys.envelope_volume(0.0, (10.0, 10.0), advance)
-            save_figure(survey_figures.plot_volume(volume), output / "volume.png")
-            write_text(survey_figures.volume_page(volume), output / "volume.html")
+            volume = surveys.volume(advance)
+            save_figure(plot_family(volume), output / "volume.png")
+            write_text(family_page(volume), output / "volume.html")
         with stage("Highest speed over rudder limits") as advance:
-            surface = surveys.limit_surface(*comparisons.JAM_CONDITION, advance)
+            surface = surveys.limit_surface(FlightCondition(*comparisons.JAM_CONDITION), advance=advance)
             save_figure(survey_figures.plot_limit_surface(surface), output / "limits.png")
         with stage("Where an envelope exists") as advance:
-            save_figure(survey_figures.plot_feasibility(surveys.feasibility_map(advance)), output / "feasibility.png")
+            found = surveys.feasibility_map(advance=advance)
+            save_figure(survey_figures.plot_feasibility(found), output / "feasibility.png")
         with stage("Networks") as advance:
             speeds, throttle = train(data, seed, advance)
             emulator = RudderEmulator(*(_documented(selection, data) for selection in (speeds, throttle)))

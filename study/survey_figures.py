@@ -1,107 +1,143 @@
-"""Figures of surveys: the envelope's volume, V_max over rudder limits, and where an envelope exists."""
+"""Figures of surveys: V_max over the limits of a control, and where an envelope exists."""
+
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from gtm_fmu.envelope import Boundary
-from study.emulator import FULL_THROTTLE_PCT
-from study.surveys import FeasibilityMap, LimitSurface, Volume
+from study import captions
+from study.captions import Label
+from study.pages import page
+from study.surveys import FeasibilityMap, LimitSurface
 
-
-def plot_volume(volume: Volume) -> Figure:
-    """Boundaries over turn rate and speed, stacked by flight-path angle (paper Figs. 1 and 2)."""
-    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
-    axes = figure.add_subplot(projection="3d")
-    for gamma_deg, boundary in zip(volume.gammas_deg, volume.boundaries, strict=True):
-        rate, speed = _closed(boundary)
-        if rate.size:
-            colour = _colour(gamma_deg, volume)
-            axes.plot(rate, speed, np.full(rate.size, gamma_deg), color=colour)
-            axes.add_collection3d(_sheet(rate, speed, colour), zs=gamma_deg, zdir="z")
-    axes.set_xlabel(r"$\dot\psi$, deg/s")
-    axes.set_ylabel("$V$, kn")
-    axes.set_zlabel(r"$\gamma$, deg")
-    axes.set_title(_title(volume))
-    return figure
-
-
-def volume_page(volume: Volume) -> str:
-    """The same as a page to turn about."""
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
-    for gamma_deg, boundary in zip(volume.gammas_deg, volume.boundaries, strict=True):
-        rate, speed = _closed(boundary)
-        figure.add_scatter3d(
-            x=rate,
-            y=speed,
-            z=np.full(rate.size, gamma_deg),
-            mode="lines",
-            line={"width": 5},
-            surfaceaxis=2,
-            opacity=0.6,
-            name=f"{gamma_deg:g} deg",
-            hovertemplate="%{y:.1f} kn, %{x:.2f} deg/s<extra>flight path %{z:g} deg</extra>",
-        )
-    scene = {"xaxis_title": "turn rate, deg/s", "yaxis_title": "true airspeed, kn", "zaxis_title": "flight path, deg"}
-    figure.update_layout(title=_title(volume), scene=scene, legend_title="flight path")
-    return figure.to_html(include_plotlyjs=True)
+_JAMS = "#d55e00"
+_SIDES = ((-1, "to negative positions"), (1, "to positive positions"))
 
 
 def plot_limit_surface(surface: LimitSurface) -> Figure:
-    """V_max over both rudder limits, with the jams along its edge (paper Fig. 33)."""
-    figure = Figure(figsize=(7.5, 6), layout="constrained")
-    axes = figure.add_subplot(projection="3d")
-    upper, lower = np.meshgrid(surface.limits_deg, surface.limits_deg)
-    axes.plot_surface(lower, upper, surface.v_max_kt, cmap="viridis", alpha=0.85, rcount=61, ccount=61)
+    """V_max over both limits, with the jams along its edge (paper Fig. 33)."""
+    figure = Figure(figsize=(6.6, 4.8))
+    axes: Any = figure.add_axes((0.0, 0.04, 0.82, 0.88), projection="3d", computed_zorder=False)
+    upper, lower = np.meshgrid(surface.limits, surface.limits)
+    drawn = axes.plot_surface(lower, upper, surface.v_max_kt, cmap="cividis", rcount=61, ccount=61, zorder=1)
     jams = np.diag(surface.v_max_kt)
-    axes.plot(surface.limits_deg, surface.limits_deg, jams, color="red", lw=3, label="jams")
-    axes.set_xlabel(r"$\delta_{r,min}$, deg")
-    axes.set_ylabel(r"$\delta_{r,max}$, deg")
-    axes.set_zlabel("$V_{max}$, kn")
-    axes.set_title(f"{surface.altitude_ft:g} ft, flight path {surface.gamma_deg:g}\N{DEGREE SIGN}")
-    axes.legend()
+    axes.plot(surface.limits, surface.limits, jams, color=_JAMS, lw=3, label="jams", zorder=2)
+    for set_label, label in zip((axes.set_xlabel, axes.set_ylabel), _axis_labels(surface), strict=True):
+        set_label(label.tex)
+    axes.set_zlabel(captions.V_MAX.tex)
+    axes.view_init(elev=28, azim=-60)
+    figure.suptitle(_surface_title(surface).replace("; ", "\n"), fontsize="medium")
+    figure.legend(loc="upper right")
+    if np.isfinite(surface.v_max_kt).any():
+        figure.colorbar(drawn, ax=axes, label=captions.V_MAX.tex, shrink=0.6, pad=0.02)
     return figure
+
+
+def surface_page(surface: LimitSurface) -> str:
+    """The same as a page to turn about."""
+    import plotly.graph_objects as go
+
+    lower, upper = (label.html for label in _axis_labels(surface))
+    at = "%{y:g} .. %{x:g}: %{z:.2f} kn"
+    figure = go.Figure()
+    figure.add_surface(
+        x=surface.limits,
+        y=surface.limits,
+        z=surface.v_max_kt,
+        colorscale="Cividis",
+        colorbar={"title": captions.V_MAX.html, "len": 0.6, "thickness": 12},
+        hovertemplate=f"{at}<extra></extra>",
+    )
+    figure.add_scatter3d(
+        x=surface.limits,
+        y=surface.limits,
+        z=np.diag(surface.v_max_kt),
+        mode="lines",
+        line={"color": _JAMS, "width": 8},
+        name="jams",
+        showlegend=True,
+        hovertemplate="jam at %{x:g}: %{z:.2f} kn<extra></extra>",
+    )
+    scene = {
+        "xaxis_title": upper,
+        "yaxis_title": lower,
+        "zaxis_title": captions.V_MAX.html,
+        "camera": {"eye": {"x": 1.6, "y": -1.2, "z": 0.9}},
+    }
+    return page(figure, _surface_title(surface), scene=scene, legend={"y": 0.02})
 
 
 def plot_feasibility(found: FeasibilityMap) -> Figure:
-    """Largest jam of either sign that leaves an envelope, over altitude and flight-path angle."""
-    figure = Figure(figsize=(10, 4.2), layout="constrained")
-    jams = np.asarray(found.jams_deg)
-    feasible = found.t_min_pct <= FULL_THROTTLE_PCT
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, sign, name in zip(panels, (-1, 1), ("negative", "positive"), strict=True):
-        size = np.where(feasible & (sign * jams >= 0), sign * jams, -1.0).max(axis=2)
-        drawn = axes.pcolormesh(found.gammas_deg, found.altitudes_ft, np.ma.masked_less(size, 0), vmin=0, vmax=30)
-        axes.set_xlabel(r"flight-path angle $\gamma$, deg")
-        axes.set_title(f"{name} jams")
+    """Largest jam to either side that leaves an envelope, over altitude and flight-path angle."""
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    sides = _map_sides(found)
+    panels = figure.subplots(1, len(sides), sharey=True, squeeze=False)[0]
+    for axes, (sign, name) in zip(panels, sides, strict=True):
+        drawn = axes.pcolormesh(
+            found.gammas_deg, found.altitudes_ft, found.largest(sign), cmap="cividis", vmin=0, vmax=_largest(found)
+        )
+        axes.set_xlabel(captions.with_units(captions.quantity("gamma"), "deg").tex)
+        axes.set_title(name, fontsize="medium")
         axes.set_facecolor("0.85")
-    panels[0].set_ylabel("altitude, ft")
-    figure.colorbar(drawn, ax=panels, label="largest jam with an envelope, deg (grey: none)")
+    panels[0].set_ylabel(captions.with_units(captions.quantity("altitude"), "ft").tex)
+    figure.suptitle(_map_title(found).replace("; ", ", "), fontsize="medium")
+    label = f"largest jam with an envelope, {found.control.units} (grey: none)"
+    figure.colorbar(drawn, ax=panels, label=label)
     return figure
 
 
-def _closed(boundary: Boundary) -> tuple[np.ndarray, np.ndarray]:
-    """Turn rate and speed once around a boundary."""
-    rate = np.concatenate([boundary.turn_rate_min_deg_s, boundary.turn_rate_max_deg_s[::-1]])
-    speed = np.concatenate([boundary.tas_kt, boundary.tas_kt[::-1]])
-    return np.append(rate, rate[:1]), np.append(speed, speed[:1])
+def feasibility_page(found: FeasibilityMap) -> str:
+    """The same as a page that shows the jam under the pointer."""
+    from plotly.subplots import make_subplots
+
+    sides = _map_sides(found)
+    figure = make_subplots(1, len(sides), shared_yaxes=True, subplot_titles=[name for _, name in sides])
+    for column, (sign, _) in enumerate(sides, start=1):
+        largest = found.largest(sign)
+        figure.add_heatmap(
+            x=found.gammas_deg,
+            y=found.altitudes_ft,
+            z=largest,
+            coloraxis="coloraxis",
+            hovertemplate=f"%{{y:g}} ft, %{{x:g}} deg: %{{z:g}} {found.control.units}<extra></extra>",
+            row=1,
+            col=column,
+        )
+        figure.update_xaxes(title_text=captions.with_units(captions.quantity("gamma"), "deg").html, col=column)
+    figure.update_yaxes(title_text=captions.with_units(captions.quantity("altitude"), "ft").html, col=1)
+    colours = {"colorscale": "Cividis", "cmin": 0, "cmax": _largest(found)}
+    bar = {"orientation": "h", "y": -0.32, "thickness": 12, "title": f"largest jam, {found.control.units} (grey: none)"}
+    return page(figure, _map_title(found), coloraxis=colours | {"colorbar": bar}, plot_bgcolor="#d9d9d9")
 
 
-def _sheet(rate: np.ndarray, speed: np.ndarray, colour):
-    from matplotlib.collections import PolyCollection
-
-    return PolyCollection([np.column_stack([rate, speed])], facecolors=[colour], alpha=0.25)
-
-
-def _colour(gamma_deg: float, volume: Volume):
-    from matplotlib import colormaps
-
-    low, high = min(volume.gammas_deg), max(volume.gammas_deg)
-    return colormaps["viridis"]((gamma_deg - low) / (high - low))
+def _axis_labels(surface: LimitSurface) -> tuple[Label, Label]:
+    """Of the lower and of the upper limit, in the paper's symbols."""
+    control = surface.control
+    lower, upper = (captions.symbol(control.name, end) for end in ("min", "max"))
+    return captions.with_units(lower, control.units), captions.with_units(upper, control.units)
 
 
-def _title(volume: Volume) -> str:
-    low, high = volume.rudder_deg
-    rudder = f"jammed at {low:g}" if low == high else f"{low:g} .. {high:g}"
-    return f"rudder {rudder}\N{DEGREE SIGN}, {volume.altitude_ft:g} ft"
+def _surface_title(surface: LimitSurface) -> str:
+    condition = surface.condition
+    failed = captions.failure(condition.failure, surface.control)
+    at = captions.condition(condition.altitude_ft, condition.gamma_deg)
+    return f"highest speed that limits of the {surface.control.name} leave; {_beside(failed)}{at}"
+
+
+def _map_title(found: FeasibilityMap) -> str:
+    failed = captions.failure(found.failure, found.control)
+    return f"where a jam of the {found.control.name} leaves an envelope; {_beside(failed)}".rstrip(", ;")
+
+
+def _beside(failed: str) -> str:
+    return "" if failed == captions.NO_FAILURE else f"{failed}, "
+
+
+def _map_sides(found: FeasibilityMap) -> list[tuple[int, str]]:
+    """Sides that the control moves to."""
+    return [side for side in _SIDES if min(found.jams) * side[0] > 0 or max(found.jams) * side[0] > 0]
+
+
+def _largest(found: FeasibilityMap) -> float:
+    sizes = np.abs(np.array(found.jams)[found.feasible.any(axis=(0, 1))])
+    return float(sizes.max(initial=1.0))

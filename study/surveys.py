@@ -1,88 +1,145 @@
 """Surveys of exact envelopes over many conditions, for figures of the whole picture."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
+from typing import TypeVar
 
 import numpy as np
 
-from gtm_fmu.envelope import Boundary, FlightCondition
-from gtm_fmu.failures import WIDEST, Range
+from gtm_fmu.airframe.names import CONTROLS
+from gtm_fmu.envelope import FlightCondition
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import ControlLimits, Failure
+from gtm_fmu.family import EnvelopeFamily, envelope_family
+from gtm_fmu.inputs import LIMITED, Column
+from gtm_fmu.manoeuvre import check_range
 from study.progress import Advance
 
+FIG_1 = (0.0, (10.0, 10.0))  # altitude and rudder of paper Fig. 1
 GAMMAS_DEG = tuple(np.arange(-5.0, 5.5, 1.0).tolist())
 ALTITUDES_FT = tuple(np.arange(0.0, 36001.0, 3000.0).tolist())
-JAMS_DEG = tuple(np.arange(WIDEST["rudder_deg"][0], WIDEST["rudder_deg"][1] + 1, 2.0).tolist())
+JAM_STEP = 2.0
 THREADS = 2  # the solver runs outside the interpreter's lock
+_HELD_PCT = 1e-6  # of the throttle, as near to its limit as an optimum is
+
+Given = TypeVar("Given")
+Found = TypeVar("Found")
 
 
-@dataclass(frozen=True)
-class Volume:
-    """Boundaries of the envelope over flight-path angles in deg: the paper's three-dimensional envelope."""
-
-    altitude_ft: float
-    rudder_deg: Range
-    gammas_deg: Sequence[float]
-    boundaries: Sequence[Boundary]
-
-
-def envelope_volume(altitude_ft: float, rudder_deg: Range, advance: Advance) -> Volume:
-    """Boundaries at every flight-path angle of `GAMMAS_DEG` (paper Figs. 1 and 2)."""
-    boundaries = []
-    for k, gamma_deg in enumerate(GAMMAS_DEG):
-        boundaries.append(FlightCondition(altitude_ft, gamma_deg).boundary(rudder_deg))
-        advance(k + 1, len(GAMMAS_DEG))
-    return Volume(altitude_ft, rudder_deg, GAMMAS_DEG, boundaries)
+def volume(advance: Advance) -> EnvelopeFamily:
+    """Envelopes over flight-path angles with the rudder jammed (paper Fig. 1)."""
+    altitude_ft, rudder_deg = FIG_1
+    condition = FlightCondition(altitude_ft, 0.0, ControlLimits(rudder_deg=rudder_deg))
+    return envelope_family(condition, "gamma", GAMMAS_DEG, progress=advance)
 
 
 @dataclass(frozen=True)
 class LimitSurface:
-    """V_max (n, n) in kt over lower (rows) and upper (columns) rudder limits in deg; NaN below the diagonal of jams."""
+    """V_max (n, n) in kt over lower (rows) and upper (columns) limits of a control; NaN where there is no envelope.
 
-    altitude_ft: float
-    gamma_deg: float
-    limits_deg: np.ndarray
+    The diagonal holds the jams; there are no limits below it.
+    """
+
+    condition: FlightCondition
+    control: Column
+    limits: np.ndarray
     v_max_kt: np.ndarray
 
 
-def limit_surface(altitude_ft: float, gamma_deg: float, advance: Advance, step_deg: float = 1.0) -> LimitSurface:
-    """V_max over rudder limits (paper Fig. 33): the highest of all jams inside the limits, which is what they leave."""
-    limits = np.arange(WIDEST["rudder_deg"][0], WIDEST["rudder_deg"][1] + step_deg / 2, step_deg)
-    condition, jams = FlightCondition(altitude_ft, gamma_deg), np.full(limits.size, np.nan)
-    for k, deflection in enumerate(limits.tolist()):
-        v_max = condition.envelope((deflection, deflection)).v_max_kt
-        jams[k] = np.nan if v_max is None else v_max
-        advance(k + 1, limits.size)
-    surface = np.full((limits.size, limits.size), np.nan)
-    for k in range(limits.size):
-        surface[k, k:] = np.fmax.accumulate(jams[k:])
-    return LimitSurface(altitude_ft, gamma_deg, limits, surface)
+def limit_surface(
+    condition: FlightCondition, control: str = "rudder", step: float = 1.0, advance: Advance | None = None
+) -> LimitSurface:
+    """V_max over the limits of a control in steps of deg or % (paper Fig. 33).
+
+    Limits leave the highest V_max of the jams at their ends and of the ranges of one step between them.
+
+    Raises:
+        InputError: no such control, or a step outside 0.1 .. 30.
+    """
+    column, limits = _positions(control, step)
+    ranges = [*((at, at) for at in limits), *pairwise(limits)]
+
+    def highest(allowed: tuple[float, float]) -> float:
+        v_max = condition.changed(failure=condition.failure.with_limits(column.label, allowed)).envelope().v_max_kt
+        return np.nan if v_max is None else v_max
+
+    found = np.array(_each(highest, ranges, advance))
+    jams, between = found[: len(limits)], np.append(found[len(limits) :], np.nan)
+    surface = np.full((len(limits), len(limits)), np.nan)
+    for k in range(len(limits)):
+        surface[k, k:] = np.fmax.accumulate(np.fmax(jams[k:], np.append(np.nan, between[k:-1])))
+    return LimitSurface(condition, column, np.array(limits), surface)
 
 
 @dataclass(frozen=True)
 class FeasibilityMap:
-    """Least throttle t_min (altitudes, gammas, jams) in % of a steady manoeuvre with a jammed rudder."""
+    """Whether a jam of a control leaves an envelope (altitudes, gammas, jams), beside what else has failed."""
 
+    failure: Failure
+    control: Column
     altitudes_ft: Sequence[float]
     gammas_deg: Sequence[float]
-    jams_deg: Sequence[float]
-    t_min_pct: np.ndarray
+    jams: Sequence[float]
+    feasible: np.ndarray
+
+    def largest(self, sign: int) -> np.ndarray:
+        """Largest jam (altitudes, gammas) to one side, 1 or -1, that leaves an envelope; NaN if none does."""
+        jams = np.asarray(self.jams)
+        sizes = np.where(self.feasible & (sign * jams >= 0), sign * jams, -1.0).max(axis=2)
+        return np.where(sizes < 0, np.nan, sizes)
 
 
-def feasibility_map(advance: Advance) -> FeasibilityMap:
-    """t_min over altitude, flight-path angle and jam: an envelope exists where it is at most full throttle."""
-    conditions = list(product(ALTITUDES_FT, GAMMAS_DEG))
+def feasibility_map(
+    failure: Failure | None = None,
+    control: str = "rudder",
+    step: float | None = None,
+    altitudes_ft: Sequence[float] | None = None,
+    gammas_deg: Sequence[float] | None = None,
+    advance: Advance | None = None,
+) -> FeasibilityMap:
+    """Where an envelope exists: t_min, the least throttle that trims with every other limit kept, decides.
 
-    def least_throttle(condition: tuple[float, float]) -> list[float]:
-        found = FlightCondition(*condition)
-        values = [found.least_throttle((deflection, deflection)) for deflection in JAMS_DEG]
-        return [np.nan if value is None else value for value in values]
+    Raises:
+        InputError: no such control, or a step, altitude or angle outside what is allowed.
+    """
+    failure = Failure.of(failure)
+    column, jams = _positions(control, JAM_STEP if step is None else step)
+    altitudes = ALTITUDES_FT if altitudes_ft is None else altitudes_ft
+    gammas = GAMMAS_DEG if gammas_deg is None else gammas_deg
+    conditions = [FlightCondition(*at, failure) for at in product(altitudes, gammas)]
 
-    rows = []
+    def exists(condition: FlightCondition) -> list[bool]:
+        jammed = [failure.with_limits(column.label, (at, at)) for at in jams]
+        return [_is_feasible(condition.changed(failure=what)) for what in jammed]
+
+    rows = _each(exists, conditions, advance)
+    shape = len(altitudes), len(gammas), len(jams)
+    return FeasibilityMap(failure, column, altitudes, gammas, jams, np.reshape(rows, shape))
+
+
+def _is_feasible(condition: FlightCondition) -> bool:
+    if len(condition.failure.controls) > len(CONTROLS):  # two throttles have no least one
+        return condition.envelope().feasible
+    t_min = condition.least_throttle()
+    return t_min is not None and bool(t_min <= condition.failure.upper[-1] + _HELD_PCT)
+
+
+def _positions(control: str, step: float) -> tuple[Column, list[float]]:
+    """A control and its positions from limit to limit."""
+    if control not in CONTROLS:
+        raise InputError(f"There is no control '{control}'; choose one of {', '.join(CONTROLS)}.")
+    column, (lower, upper) = LIMITED[control]
+    step = check_range(f"step in {column.units}", step, (0.1, 30.0))
+    return column, np.arange(lower, upper + 0.5 * step, step).clip(max=upper).tolist()
+
+
+def _each(solve: Callable[[Given], Found], given: Sequence[Given], advance: Advance | None) -> list[Found]:
+    found: list[Found] = []
     with ThreadPoolExecutor(THREADS) as pool:
-        for row in pool.map(least_throttle, conditions):
-            rows.append(row)
-            advance(len(rows), len(conditions))
-    shape = len(ALTITUDES_FT), len(GAMMAS_DEG), len(JAMS_DEG)
-    return FeasibilityMap(ALTITUDES_FT, GAMMAS_DEG, JAMS_DEG, np.reshape(rows, shape))
+        for one in pool.map(solve, given):
+            found.append(one)
+            if advance:
+                advance(len(found), len(given))
+    return found

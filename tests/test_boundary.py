@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from gtm_fmu import manoeuvre, steady
-from gtm_fmu.boundary import RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT, Boundary
+from gtm_fmu.boundary import RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT, Boundary, envelope_boundary
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.failures import ControlLimits, Failure
+from tests import brute_force
 
 GAP = (33591.549399502124, 0.3801354179272882, Failure(ControlLimits(rudder_deg=(7.731865359248744,) * 2)))
 
@@ -30,8 +31,6 @@ JAMS = {
 }
 RESTRICTIONS = {
     "restriction": (10000.0, -5.0, rudder(5, 25)),
-    "restriction off centre": (14210.0, -1.9, rudder(13.7, 21.2)),
-    "no failure": (10000.0, 0.0, rudder(-30, 30)),
     "narrow, near the ceiling": (31000.0, 0.6, rudder(-9, -5.5)),
 }
 STEP_DEG_S = 1.0
@@ -78,11 +77,26 @@ def distance(boundary: Boundary, tas_kt: float, rate_deg_s: float) -> float:
     return min(nearest)
 
 
+def ends(boundary: Boundary, inside_kt: float) -> tuple[float, float]:
+    """Lowest and highest speed of the polygons, and a little inside."""
+    speeds = np.concatenate([speed for _, speed in boundary.outlines])
+    return speeds.min() + inside_kt, speeds.max() - inside_kt
+
+
+def crossings(boundary: Boundary, tas_kt: float) -> np.ndarray:
+    """Turn rates at which the polygons cross a speed, rising."""
+    found = []
+    for rates, speeds in boundary.outlines:
+        k = np.flatnonzero((speeds[1:] > tas_kt) != (speeds[:-1] > tas_kt))
+        found.append(rates[k] + (tas_kt - speeds[k]) / (speeds[k + 1] - speeds[k]) * (rates[k + 1] - rates[k]))
+    return np.sort(np.concatenate(found))
+
+
 @pytest.mark.parametrize("name", JAMS)
 def test_polygon_of_a_jam_lies_on_the_edges_of_its_trims(name):
     condition = FlightCondition(*JAMS[name])
-    boundary = condition.boundary()
-    speeds = np.linspace(boundary.tas_kt[0] + 0.11, boundary.tas_kt[-1] - 0.11, 41)
+    boundary = envelope_boundary(condition)
+    speeds = np.linspace(*ends(boundary, 0.11), 41)
     found = edges(condition, speeds, [condition.limits.rudder_deg[0]])
     assert np.isfinite(found).mean() > 0.6
     for speed, *rates in zip(speeds, *found, strict=True):
@@ -96,19 +110,15 @@ def test_polygon_of_a_jam_lies_on_the_edges_of_its_trims(name):
 def test_polygon_of_a_restriction_holds_the_edges_of_its_jams(name):
     """All jams lie inside; where it goes beyond their grid, the jam of its own deflection reaches it."""
     condition = FlightCondition(*RESTRICTIONS[name])
-    boundary = condition.boundary()
-    speeds = np.linspace(boundary.tas_kt[0] + 0.3, boundary.tas_kt[-1] - 0.3, 5)
+    boundary = envelope_boundary(condition)
+    speeds = np.linspace(*ends(boundary, 0.3), 5)
     jams = np.linspace(*condition.limits.rudder_deg, 21)
-    edge = edges(condition, speeds, jams)
-    sides = boundary.turn_rate_min_deg_s, boundary.turn_rate_max_deg_s
-    for sign, found, rates in zip((-1, 1), edge, sides, strict=True):
-        drawn = np.interp(speeds, boundary.tas_kt, rates)
-        assert np.all(sign * found <= sign * drawn + RATE_TOLERANCE_DEG_S)
-        for speed, rate in zip(speeds, drawn, strict=True):
-            inner = steady.trim(
-                condition.altitude_ft, speed, condition.gamma_deg, rate - sign * RATE_TOLERANCE_DEG_S, condition.limits
-            )
-            assert inner.feasible
+    drawn = np.array([crossings(boundary, speed)[[0, -1]] for speed in speeds])
+    for sign, found, rates in zip((-1, 1), edges(condition, speeds, jams), drawn.T, strict=True):
+        assert np.all(sign * found <= sign * rates + RATE_TOLERANCE_DEG_S)
+        for speed, rate in zip(speeds, rates, strict=True):
+            at = condition.altitude_ft, speed, condition.gamma_deg
+            assert steady.trim(*at, rate - sign * RATE_TOLERANCE_DEG_S, condition.limits).feasible
             outer, _ = feasible(condition, np.full(21, speed), np.full(21, rate + sign * RATE_TOLERANCE_DEG_S), jams)
             assert not outer.any()
 
@@ -117,7 +127,7 @@ def test_polygon_of_a_restriction_holds_the_edges_of_its_jams(name):
 def test_every_piece_names_the_limit_that_a_trim_beyond_it_exceeds(name):
     condition = FlightCondition(*JAMS[name])
     jam, kinds = condition.limits.rudder_deg[0], set()
-    (around,) = condition.boundary().polygons
+    (around,) = envelope_boundary(condition).polygons
     for piece in around:
         points = np.array([piece.tas_kt, piece.turn_rate_deg_s])
         middle, along = 0.5 * (points[:, 1:] + points[:, :-1]), np.diff(points)
@@ -133,7 +143,7 @@ def test_every_piece_names_the_limit_that_a_trim_beyond_it_exceeds(name):
 
 
 def test_polygons_are_closed_and_their_pieces_meet():
-    boundary = FlightCondition(*GAP).boundary()
+    boundary = envelope_boundary(FlightCondition(*GAP))
     assert len(boundary.polygons) == 2  # a gap in speed
     for around in boundary.polygons:
         points = [np.column_stack([piece.turn_rate_deg_s, piece.tas_kt]) for piece in around]
@@ -143,15 +153,33 @@ def test_polygons_are_closed_and_their_pieces_meet():
             assert before.limits != after.limits
         assert all(piece.limits for piece in around)
         assert json.loads(json.dumps([piece.to_dict() for piece in around]))[0]["limits"] == list(around[0].limits)
-    gap = np.flatnonzero(np.isnan(boundary.turn_rate_min_deg_s))
-    assert len(gap) == 1
+
+
+def test_polygons_reach_the_ends_of_the_envelope():
+    for name in ("jam", "hard jam", "with a gap"):
+        condition = FlightCondition(*JAMS[name])
+        whole = condition.envelope()
+        assert ends(envelope_boundary(condition), 0.0) == pytest.approx((whole.v_min_kt, whole.v_max_kt), abs=0.01)
+
+
+def test_envelopes_with_horns_have_a_boundary_between_them():
+    """A restricted elevator leaves fast turns to both sides, but no straight flight as fast (brute force shows it)."""
+    condition = FlightCondition(*brute_force.CASES["left engine out, elevator restricted, flaps down"])
+    boundary = envelope_boundary(condition)
+    left, notch_start, notch_end, right = crossings(boundary, 88.0)
+    assert left < -11 < -6 < notch_start < -5 < 7 < notch_end < 9 < right
+    rates = np.array([left, notch_start, notch_end, right])
+    for inward, is_feasible in ((np.array([1, -1, 1, -1]), True), (np.array([-1, 1, -1, 1]), False)):
+        for rate in rates + 0.06 * inward:
+            trim = steady.trim(condition.altitude_ft, 88.0, condition.gamma_deg, rate, condition.failure)
+            assert trim.feasible == is_feasible
 
 
 def test_an_envelope_of_one_speed_has_a_boundary_of_one_point():
     trim = steady.trim(10000, 118.5, 0, 0, ControlLimits(rudder_deg=(10, 10)))
     held = {"elevator_deg": trim.elevator_deg, "aileron_deg": trim.aileron_deg, "throttle_pct": trim.throttle_pct}
     limits = ControlLimits(**{name: (value, value) for name, value in held.items()}, rudder_deg=(10, 10))
-    boundary = FlightCondition(10000, 0, limits).boundary()
+    boundary = envelope_boundary(FlightCondition(10000, 0, limits))
     for rates, speeds in boundary.outlines:
         np.testing.assert_allclose(speeds, 118.5, atol=1e-3)
         np.testing.assert_allclose(rates, 0, atol=1e-3)
@@ -159,5 +187,5 @@ def test_an_envelope_of_one_speed_has_a_boundary_of_one_point():
 
 
 def test_without_an_envelope_there_is_no_polygon():
-    boundary = FlightCondition(30000, 5, ControlLimits(rudder_deg=(30, 30))).boundary()
+    boundary = envelope_boundary(FlightCondition(30000, 5, ControlLimits(rudder_deg=(30, 30))))
     assert boundary.polygons == boundary.outlines == ()

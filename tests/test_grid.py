@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 
 from gtm_fmu import linearization, steady
+from gtm_fmu.boundary import envelope_boundary
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
@@ -82,24 +84,26 @@ def test_stability_is_that_of_single_linear_models():
 def test_the_boundary_encloses_exactly_the_feasible_cells(case):
     grid = solved(case, 2.0, 0.5)
     altitude_ft, gamma_deg, rudder_deg = case
-    boundary = FlightCondition(altitude_ft, gamma_deg).boundary(rudder_deg)
-    low = np.interp(grid.tas_kt, boundary.tas_kt, boundary.turn_rate_min_deg_s)[:, None]
-    high = np.interp(grid.tas_kt, boundary.tas_kt, boundary.turn_rate_max_deg_s)[:, None]
-    tolerance = 0.05  # deg/s, what the boundary promises
-    inside = (grid.turn_rate_deg_s > low + tolerance) & (grid.turn_rate_deg_s < high - tolerance)
-    outside = (grid.turn_rate_deg_s < low - tolerance) | (grid.turn_rate_deg_s > high + tolerance)
+    boundary = envelope_boundary(FlightCondition(altitude_ft, gamma_deg, ControlLimits(rudder_deg=rudder_deg)))
+    (outline,) = (Path(np.column_stack(points)) for points in boundary.outlines)
+    cells = np.array([(rate, speed) for speed in grid.tas_kt for rate in grid.turn_rate_deg_s])
+    inside = outline.contains_points(cells).reshape(grid.feasible.shape)
+    by_a_tolerance = [
+        outline.contains_points(cells + off).reshape(inside.shape)
+        for off in ((0.05, 0), (-0.05, 0), (0, 0.1), (0, -0.1))
+    ]
     assert inside.any()
-    assert grid.feasible[inside].all()
-    assert not grid.feasible[outside].any()
+    assert grid.feasible[np.all(by_a_tolerance, axis=0)].all()
+    assert not grid.feasible[~np.any(by_a_tolerance, axis=0)].any()
 
 
 def test_boundary_names_the_limits_that_hold_it():
-    boundary = FlightCondition(10000.0, -5.0).boundary((10.0, 10.0))
-    assert "alpha.upper" in boundary.limits_min[0]  # slowest
-    assert "throttle.upper" in boundary.limits_max[-1]  # fastest
-    middle = len(boundary.tas_kt) // 2
-    assert boundary.limits_min[middle] == ("phi.lower",)
-    assert boundary.limits_max[middle] == ("phi.upper",)
+    condition = FlightCondition(10000.0, -5.0, ControlLimits(rudder_deg=(10.0, 10.0)))
+    (around,) = envelope_boundary(condition).polygons
+    longest = {piece.limits: piece for piece in sorted(around, key=lambda piece: len(piece.tas_kt))}
+    assert longest["alpha.upper",].tas_kt.min() == pytest.approx(condition.envelope().v_min_kt, abs=0.01)
+    assert longest["throttle.upper",].tas_kt.max() == pytest.approx(condition.envelope().v_max_kt, abs=0.01)
+    assert longest["phi.lower",].turn_rate_deg_s.max() < longest["phi.upper",].turn_rate_deg_s.min()
 
 
 def test_without_an_envelope_there_are_no_cells():

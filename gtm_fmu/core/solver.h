@@ -82,6 +82,10 @@ long gtm_find_grid(const gtm_problem *p, const double *lower, const double *uppe
 /* Whether the rudder is held and no second throttle is left: a trim at given V and psi_dot is unique then. */
 int gtm_rudder_settles(const gtm_problem *p, const double *lower, const double *upper);
 
+/* Least |beta| under bounds that hold V and psi_dot and leave another control than the rudder hardly any range: all
+   deflections of the rudder are gone through, and every bound that is met between two of them. GTM_TRIMMED, or not. */
+int gtm_scan_rudder(const gtm_problem *p, const double *lower, const double *upper, const double *start, double *y);
+
 /* Where y has no sideslip, separate throttles are not settled yet: bring them together as far as the bounds allow. */
 void gtm_join_throttles(const gtm_problem *p, const double *lower, const double *upper, double *y);
 

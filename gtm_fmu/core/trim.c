@@ -13,7 +13,7 @@ static const double most[GTM_FULL_NT] = {600, 0.34, 0.7, 3, 1.4, 60, 60, 60, 400
 
 static const double converged = 1e-11; /* largest acceleration, ft/s^2 and rad/s^2 */
 static const double nearly = 1e-4;     /* so near, one more step converges */
-enum { MOST_ITERATIONS = 40 };
+enum { MOST_ITERATIONS = 40, SCANNED = 48 };
 
 double gtm_residual_norm(const double F[GTM_NF])
 {
@@ -251,6 +251,56 @@ int gtm_rudder_settles(const gtm_problem *p, const double *lower, const double *
     return lower[RUDDER] == upper[RUDDER] && has_one_throttle;
 }
 
+/* Whether a control but the rudder has hardly any range: then only single deflections of the rudder give a trim. */
+static int is_narrow(const gtm_problem *p, const double *lower, const double *upper)
+{
+    for (int i = ELEVATOR; i < p->unknowns; i++)
+        if (i != RUDDER && !p->is_dead[i] && upper[i] - lower[i] < gtm_scale[i]) return 1;
+    return 0;
+}
+
+/* Keep a trim inside the bounds that has less sideslip than the best so far. */
+static void keep_better(const gtm_problem *p, const double *lower, const double *upper, const double *trial, int *status,
+                        double *y)
+{
+    if (gtm_violation(p, trial, lower, upper) > inside) return;
+    if (*status == GTM_TRIMMED && fabs(trial[BETA]) >= fabs(y[BETA])) return;
+    memcpy(y, trial, sizeof *y * (size_t)p->unknowns);
+    *status = GTM_TRIMMED;
+}
+
+int gtm_scan_rudder(const gtm_problem *p, const double *lower, const double *upper, const double *start, double *y)
+{
+    static const int rudder_held[3] = {V, PSI_DOT, RUDDER};
+    const size_t row = sizeof *y * (size_t)p->unknowns;
+    double before[GTM_FULL_NT], at[GTM_FULL_NT], trial[GTM_FULL_NT];
+    int status = GTM_NO_TRIM;
+    if (!is_narrow(p, lower, upper)) return status;
+    for (int k = 0, had = 0; k <= SCANNED; k++) {
+        memcpy(at, had ? before : start, row);
+        at[V] = lower[V];
+        at[PSI_DOT] = lower[PSI_DOT];
+        at[RUDDER] = lower[RUDDER] + (upper[RUDDER] - lower[RUDDER]) * k / SCANNED;
+        const int has = !(had && !gtm_newton(p, at, rudder_held)) ? !gtm_cold_newton(p, at, rudder_held) : 1;
+        if (has) keep_better(p, lower, upper, at, &status, y);
+        for (int i = ALPHA; has && had && i < p->unknowns; i++) { /* where a bound is crossed on the way */
+            if (i == PSI_DOT || i == RUDDER || p->is_dead[i]) continue;
+            for (int side = 0; side < 1 + (lower[i] < upper[i]); side++) {
+                const double bound = side ? upper[i] : lower[i];
+                const double share = (bound - before[i]) / (at[i] - before[i]);
+                if (!(share >= 0 && share <= 1)) continue;
+                const int bound_held[3] = {V, PSI_DOT, i};
+                for (int j = 0; j < p->unknowns; j++) trial[j] = before[j] + share * (at[j] - before[j]);
+                trial[i] = bound;
+                if (!gtm_newton(p, trial, bound_held)) keep_better(p, lower, upper, trial, &status, y);
+            }
+        }
+        had = has;
+        memcpy(before, at, row);
+    }
+    return status;
+}
+
 int gtm_find_trim(const gtm_problem *p, const double *lower, const double *upper, double *y, double *residual,
                   double *violation)
 {
@@ -272,8 +322,12 @@ int gtm_find_trim(const gtm_problem *p, const double *lower, const double *upper
     if (status != GTM_TRIMMED) {
         /* With the rudder held the manifold point is unique; otherwise another sideslip may lie inside the bounds. */
         double other[GTM_FULL_NT], excess = INFINITY;
-        const int found = settled && status == GTM_OUTSIDE ? GTM_NO_TRIM
-                                                           : least_sideslip(p, lower, upper, other, &excess);
+        int found = settled && status == GTM_OUTSIDE ? GTM_NO_TRIM
+                                                     : least_sideslip(p, lower, upper, other, &excess);
+        if (!settled && found != GTM_TRIMMED && gtm_scan_rudder(p, lower, upper, y, other) == GTM_TRIMMED) {
+            found = GTM_TRIMMED;
+            excess = gtm_violation(p, other, lower, upper);
+        }
         if (found != GTM_NO_TRIM) {
             memcpy(y, other, sizeof *y * (size_t)p->unknowns);
             *violation = excess;

@@ -46,8 +46,8 @@ def small():
         patch.setattr(comparisons, "FIG_3_JAMS_DEG", (0.0, 30.0))
         patch.setattr(surveys, "GAMMAS_DEG", (-5.0, 5.0))
         patch.setattr(surveys, "ALTITUDES_FT", (0.0, 30000.0))
-        patch.setattr(surveys, "JAMS_DEG", (-20.0, 0.0, 20.0))
-        patch.setattr(surveys, "limit_surface", partial(surveys.limit_surface, step_deg=20.0))
+        patch.setattr(surveys, "JAM_STEP", 20.0)
+        patch.setattr(surveys, "limit_surface", partial(surveys.limit_surface, step=20.0))
         yield
 
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from study import published
 from study.comparisons import SpeedsOverJams
-from study.figures import plot_jams, plot_speeds
+from study.figures import plot_speeds
 from study.files import save_figure, writable_folder, write_text
 from study.report import markdown
 
@@ -107,24 +106,6 @@ class TestTable:
 
 
 class TestFigures:
-    def test_jams(self):
-        condition = FlightCondition(10000, -5)
-        boundaries = {jam: condition.boundary((jam, jam)) for jam in (30.0, 20.0)}
-        figure = plot_jams(boundaries, 10000, -5)
-        (axes,) = figure.axes
-        assert (axes.get_xlabel(), axes.get_ylabel()) == ("turn rate $\\dot\\psi$, deg/s", "true airspeed $V$, kn")
-        assert axes.get_title() == "Rudder jammed at 10000 ft, $\\gamma$ = -5$\\degree$"
-        curve, none = axes.lines
-        x, y = (values.tolist() for values in curve.get_data())
-        assert (x[0], y[0]) == (x[-1], y[-1])
-        jam = boundaries[20]
-        sides = [*zip(jam.turn_rate_min_deg_s, jam.tas_kt, strict=True)]
-        sides += zip(jam.turn_rate_max_deg_s, jam.tas_kt, strict=True)
-        assert set(zip(x, y, strict=True)) == set(sides)
-        assert len(none.get_xdata()) == 0
-        labels = [text.get_text() for text in figure.legends[0].get_texts()]
-        assert labels == ["20$\\degree$", "30$\\degree$: none left"]
-
     def test_speeds(self):
         exact, emulated = np.array([[70.0, 120], [66, 160], [np.nan] * 2]), np.array([[71.0, 118], [67, 161], [90, 95]])
         figure = plot_speeds(SpeedsOverJams(10000, 0, [-20.0, 0, 28], exact, emulated))
