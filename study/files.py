@@ -4,10 +4,12 @@ import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from gtm_fmu.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def writable_folder(path: str | Path) -> Path:
@@ -37,7 +39,7 @@ def write_bytes(content: bytes, path: Path) -> None:
     _write(path, lambda partial: partial.write_bytes(content))
 
 
-def save_figure(figure: Figure, path: Path) -> None:
+def save_figure(figure: "Figure", path: Path) -> None:
     """Write a figure as PNG."""
     _write(path, lambda partial: figure.savefig(partial, format="png", dpi=110))
 
@@ -52,7 +54,7 @@ def check_picture(path: Path) -> None:
         raise InputError(f"{path} ends in neither .png nor .html; name the picture or the page so.")
 
 
-def save_picture(path: Path, figure: Callable[[], Figure], page: Callable[[], str]) -> None:
+def save_picture(path: Path, figure: "Callable[[], Figure]", page: Callable[[], str]) -> None:
     """Write a figure as a picture (.png) or as an interactive page (.html), by the ending of its name.
 
     Raises:
