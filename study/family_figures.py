@@ -121,10 +121,10 @@ def _volume_page(family: EnvelopeFamily) -> str:
         "xaxis_title": captions.TURN_RATE.html,
         "yaxis_title": captions.SPEED.html,
         "zaxis_title": _axis_label(family).html,
-        "camera": {"eye": {"x": 1.3, "y": -1.7, "z": 0.9}},
+        "camera": {"eye": {"x": 1.7, "y": -2.3, "z": 1.2}},
         "aspectmode": "cube",
     }
-    return page(figure, _title(family), scene=scene, legend={"y": 0.02})
+    return page(figure, _title(family), scene=scene, margin={"b": 60})
 
 
 def _walls(family: EnvelopeFamily) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:

@@ -27,8 +27,8 @@ def page(figure: Any, title: str, **layout: Any) -> str:
     figure.update_layout(
         title={"text": title.replace("; ", "<br>"), "x": 0.5, "xanchor": "center", "font": {"size": 15}},
         template="plotly_white",
-        legend={"orientation": "h", "yanchor": "top", "y": -0.14, "x": 0.5, "xanchor": "center"},
-        margin={"l": 10, "r": 10, "t": 70, "b": 10},
+        legend={"orientation": "h", "yref": "container", "y": 0.01, "yanchor": "bottom", "x": 0.5, "xanchor": "center"},
+        margin={"l": 10, "r": 10, "t": 70, "b": 130},
         xaxis={"automargin": True},
         yaxis={"automargin": True},
     )

@@ -62,9 +62,9 @@ def surface_page(surface: LimitSurface) -> str:
         "xaxis_title": upper,
         "yaxis_title": lower,
         "zaxis_title": captions.V_MAX.html,
-        "camera": {"eye": {"x": 1.6, "y": -1.2, "z": 0.9}},
+        "camera": {"eye": {"x": 1.5, "y": -2.4, "z": 1.2}},
     }
-    return page(figure, _surface_title(surface), scene=scene, legend={"y": 0.02})
+    return page(figure, _surface_title(surface), scene=scene, margin={"b": 60})
 
 
 def plot_feasibility(found: FeasibilityMap) -> Figure:
@@ -106,7 +106,14 @@ def feasibility_page(found: FeasibilityMap) -> str:
         figure.update_xaxes(title_text=captions.with_units(captions.quantity("gamma"), "deg").html, col=column)
     figure.update_yaxes(title_text=captions.with_units(captions.quantity("altitude"), "ft").html, col=1)
     colours = {"colorscale": "Cividis", "cmin": 0, "cmax": _largest(found)}
-    bar = {"orientation": "h", "y": -0.32, "thickness": 12, "title": f"largest jam, {found.control.units} (grey: none)"}
+    bar = {
+        "orientation": "h",
+        "yref": "container",
+        "y": 0.02,
+        "yanchor": "bottom",
+        "thickness": 12,
+        "title": f"largest jam, {found.control.units} (grey: none)",
+    }
     return page(figure, _map_title(found), coloraxis=colours | {"colorbar": bar}, plot_bgcolor="#d9d9d9")
 
 
