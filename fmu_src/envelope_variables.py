@@ -24,7 +24,7 @@ USAGE = (
     "The interface is that of GtmSurrogate, so that one can take the other's place: the standard deviations are zero, "
     "and in_domain is always true. Where feasible is false there is no envelope, and both speeds are zero.",
     "Outputs follow the inputs at once, also in Initialization Mode, and are found anew only when altitude, gamma or a "
-    "limit of the rudder has changed. That takes some milliseconds.",
+    "limit of the rudder has changed. That takes some milliseconds for a jam, and some tens of them for a wide range.",
     "Values that are not finite or outside their bounds and reversed rudder limits are logged in one sentence; the "
     "step is discarded and all values stay as before it. No output is ever NaN.",
 )
