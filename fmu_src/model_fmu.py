@@ -12,10 +12,10 @@ import numpy as np
 from fmu_src.archive import write_archive
 from fmu_src.description import ModelDescription, Variable
 from fmu_src.native_packaging import NativeContents, NativeModel
-from fmu_src.native_sources import form_files
 from fmu_src.reference_results import reference_samples
 from gtm_fmu.errors import InputError
 from surrogate.closed_form import ClosedForm, Model, closed_form
+from surrogate.exports import export_c
 
 ALIASES = {"": "1", "-": "1", "kt": "kn"}
 """Other spellings of units that the descriptions know."""
@@ -25,7 +25,9 @@ SAMPLES = 11
 """Expected results that travel in the FMU."""
 
 
-def build_model(model: Model, path: str | Path, fmi: int = 2, all_platforms: bool = False) -> Path:
+def build_model(
+    model: Model, path: str | Path, fmi: int = 2, all_platforms: bool = False, has_std: bool = True
+) -> Path:
     """Write the FMU of a fitted model; equal models give equal bytes.
 
     Args:
@@ -34,6 +36,7 @@ def build_model(model: Model, path: str | Path, fmi: int = 2, all_platforms: boo
         path: of the FMU; its stem becomes the name of the model.
         fmi: 2 or 3.
         all_platforms: binaries for all platforms by Zig, not only for this one.
+        has_std: with standard deviations, where the model has them.
 
     Raises:
         InputError: names that an FMU cannot have, no compiler, or a file that cannot be written.
@@ -41,15 +44,15 @@ def build_model(model: Model, path: str | Path, fmi: int = 2, all_platforms: boo
     path = Path(path)
     if path.suffix != ".fmu" or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", path.stem, re.ASCII):
         raise InputError(f"An FMU cannot be called '{path.name}': choose letters, digits and _, and the ending .fmu.")
-    return write_archive(path, _contents(model, path.stem, fmi).members(all_platforms))
+    form = closed_form(model, has_std=has_std, has_short_factor=True)
+    return write_archive(path, _contents(model, form, path.stem, fmi).members(all_platforms))
 
 
-def _contents(model: Model, name: str, fmi: int) -> NativeContents:
-    form = closed_form(model, has_short_factor=True)
+def _contents(model: Model, form: ClosedForm, name: str, fmi: int) -> NativeContents:
     native = NativeModel(
         faults=FAULTS,
         native=("form_model.c", "stateless.c"),
-        written=form_files(form, "form"),
+        written=export_c(form, "form"),
         has_partial_derivatives=True,
         defers=True,
     )

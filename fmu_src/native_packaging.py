@@ -1,7 +1,7 @@
 """Building a native FMU: sources, binaries, documentation, expected results."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -15,12 +15,13 @@ from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.fmi3_xml import write_build_description, write_fmi3, write_terminals_and_icons
 from fmu_src.gtm_aircraft import ALL_FAULTS
 from fmu_src.icon import icon_png
-from fmu_src.native_sources import core_files, form_files, header_licence, source_files, variable_table
+from fmu_src.native_sources import core_files, header_licence, source_files, variable_table
 from fmu_src.native_variables import DYNAMICS_FAULTS, DYNAMICS_USAGE, TOLERANCE, native_description
 from fmu_src.reference_results import reference_envelopes, reference_flight, reference_simulation
 from gtm_fmu.core.simulation import memory_size
 from gtm_fmu.errors import InputError
 from surrogate.closed_form import closed_form
+from surrogate.exports import export_c
 
 SHARED = (
     "model.h",
@@ -165,8 +166,8 @@ def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     native = NativeModel(
         faults=ENVELOPE_FAULTS,
         native=("surrogate_model.c", "stateless.c"),
-        written=form_files(closed_form(speeds, has_short_factor=True), "speeds")
-        | form_files(replace(closed_form(throttle), std=None), "throttle"),
+        written=export_c(closed_form(speeds, has_short_factor=True), "speeds")
+        | export_c(closed_form(throttle, has_std=False), "throttle"),
         usage=NATIVE_USAGE,
         groups={"envelope": DEFERRED_ENVELOPE},
         has_partial_derivatives=True,

@@ -8,8 +8,6 @@ import numpy as np
 
 from fmu_src.description import ModelDescription, Variable
 from gtm_fmu.errors import InputError
-from surrogate.c_source import c_header, c_source
-from surrogate.closed_form import ClosedForm
 
 NATIVE = Path(__file__).parent / "native"
 CORE = Path(str(files("gtm_fmu.core")))
@@ -38,11 +36,6 @@ def header_licence() -> bytes:
 def core_files() -> tuple[str, ...]:
     """All C files of the core by their paths in its folder."""
     return tuple(sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.c")))
-
-
-def form_files(form: ClosedForm, name: str) -> dict[str, bytes]:
-    """A fitted model as C: source and header, whose functions begin with the name."""
-    return {f"{name}.c": c_source(form, name).encode(), f"{name}.h": c_header(form, name).encode()}
 
 
 def source_files(native: Sequence[str], core: Sequence[str], fmi: int) -> dict[str, bytes]:

@@ -1,5 +1,6 @@
 """The commands `gtm-fmu train`, `predict` and `export`: models of the aircraft's data and of any other."""
 
+import re
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -187,11 +188,15 @@ def export(
     latex: Annotated[bool, typer.Option("--latex", help="Equations for amsmath.")] = False,
     text: Annotated[bool, typer.Option("--text", help="Equations as plain text.")] = False,
     json: Annotated[bool, typer.Option("--json", help="The steps of its evaluation as JSON.")] = False,
+    without_std: Annotated[bool, typer.Option("--without-std", help="Leave standard deviations out.")] = False,
     all_platforms: Annotated[
         bool, typer.Option("--all-platforms", help="FMU for every platform; needs the extra 'cross'.")
     ] = False,
 ) -> None:
-    """Write a model in another form: exactly one of the options that name one."""
+    """Write a model in another form: exactly one of the options that name one.
+
+    An FMU and the functions of C bear the name of the file; C comes with a header beside it.
+    """
     given = {"fmu": fmu, "fmu3": fmu3, "c": c, "js": js, "numpy": numpy, "onnx": onnx, "onnx32": onnx32}
     given |= {"latex": latex, "text": text, "json": json}
     chosen = [name for name, is_chosen in given.items() if is_chosen]
@@ -203,18 +208,26 @@ def export(
     if fmu or fmu3:
         from fmu_src.model_fmu import build_model
 
-        build_model(model, output, 2 if fmu else 3, all_platforms)
+        build_model(model, output, 2 if fmu else 3, all_platforms, has_std=not without_std)
     else:
-        _write_form(model, chosen[0], output)
+        _write_form(model, chosen[0], output, has_std=not without_std)
     print(output)
 
 
-def _write_form(model: Any, form: str, output: Path) -> None:
+def _write_form(model: Any, form: str, output: Path, *, has_std: bool) -> None:
     from study.files import write_bytes
-    from surrogate.exports import export_model
+    from surrogate.closed_form import closed_form
+    from surrogate.exports import export_c, export_form
 
-    try:
-        content = export_model(model, form)
-    except ImportError as error:
-        raise InputError(f"--{form} needs {error.name}: pip install 'gtm-fmu[onnx]'.") from None
-    write_bytes(content, output)
+    closed = closed_form(model, has_std=has_std)
+    if form == "c":
+        if output.suffix != ".c" or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", output.stem, re.ASCII):
+            raise InputError(f"C cannot be called '{output.name}': choose letters, digits and _, and the ending .c.")
+        contents = export_c(closed, output.stem)
+    else:
+        try:
+            contents = {output.name: export_form(closed, form)}
+        except ImportError as error:
+            raise InputError(f"--{form} needs {error.name}: pip install 'gtm-fmu[onnx]'.") from None
+    for name, content in contents.items():
+        write_bytes(content, output.with_name(name))

@@ -30,18 +30,19 @@ class ClosedForm:
     """Their standard deviations, where the model has them."""
 
 
-def closed_form(model: Model, *, has_short_factor: bool = False) -> ClosedForm:
+def closed_form(model: Model, *, has_std: bool = True, has_short_factor: bool = False) -> ClosedForm:
     """The closed form of a model; its programs give what `predict` and `predict_std` give.
 
     Args:
         model: a fitted model.
+        has_std: with the program of the standard deviations, where the model has them; it is much the longer one.
         has_short_factor: keep the factor of the posterior covariance, by far the largest table, in single precision.
             Standard deviations are then right to seven digits.
     """
     std = None
     if isinstance(model, Network):
         predict = _network(model)
-        if model.posterior_factor is not None and model.beta is not None:
+        if has_std and model.posterior_factor is not None and model.beta is not None:
             factor = model.posterior_factor.astype(np.float32 if has_short_factor else float)
             std = _deviations(model, factor, model.beta)
     else:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 
-from surrogate.c_source import c_source
-from surrogate.closed_form import ClosedForm, Model, closed_form
+from surrogate.c_source import c_header, c_source
+from surrogate.closed_form import ClosedForm
 from surrogate.javascript import javascript
 from surrogate.numpy_source import numpy_source
 from surrogate.text import latex, text
@@ -48,9 +48,14 @@ FORMS: dict[str, Callable[[ClosedForm], str | bytes]] = {
 """Short names of the forms, and what writes them."""
 
 
-def export_model(model: Model, form: str) -> bytes:
-    """The content of a file; `form` is a key of `FORMS`."""
+def export_form(closed: ClosedForm, form: str) -> bytes:
+    """The content of a file with the closed form of a model; `form` is a key of `FORMS`."""
     if form not in FORMS:
         raise ValueError(f"'{form}' is no form of an export: choose one of {', '.join(FORMS)}.")
-    content = FORMS[form](closed_form(model))
+    content = FORMS[form](closed)
     return content if isinstance(content, bytes) else content.encode()
+
+
+def export_c(closed: ClosedForm, name: str) -> dict[str, bytes]:
+    """C99 source and header by their file names; all public names begin with `name`, an identifier of C."""
+    return {f"{name}.c": c_source(closed, name).encode(), f"{name}.h": c_header(closed, name).encode()}

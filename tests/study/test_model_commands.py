@@ -216,12 +216,20 @@ class TestExport:
             assert (code, printed.strip()) == (0, str(tmp_path / f"wing.{form}"))
             assert (tmp_path / f"wing.{form}").stat().st_size > 500
 
+    def test_without_standard_deviations(self, trained, command, tmp_path):
+        whole, part = tmp_path / "whole.c", tmp_path / "part.c"
+        assert command("export", trained, "--c", "--output", whole)[0] == 0
+        assert command("export", trained, "--c", "--without-std", "--output", part)[0] == 0
+        assert "whole_std" in whole.read_text()
+        assert "#define part_has_std 0" in part.with_suffix(".h").read_text()
+        assert "part_std(" not in part.read_text()
+
     def test_c_runs(self, trained, command, tmp_path):
         command("export", trained, "--c", "--output", tmp_path / "wing.c")
         flags = ["-std=c99", "-shared", "-fPIC", "-o", "wing.so", "wing.c", "-lm"]
         subprocess.run(["cc", *flags], cwd=tmp_path, check=True)
         y = (ctypes.c_double * 2)()
-        ctypes.CDLL(str(tmp_path / "wing.so")).model_predict((ctypes.c_double * 2)(1000, 3), y)
+        ctypes.CDLL(str(tmp_path / "wing.so")).wing_predict((ctypes.c_double * 2)(1000, 3), y)
         np.testing.assert_allclose(list(y), load_model(trained).predict([1000, 3]), rtol=1e-12)
 
     def test_fmu_runs(self, trained, command, tmp_path):
@@ -245,6 +253,7 @@ class TestExport:
             (["MODEL", "--c", "--js", "--output", "x"], "2 forms were chosen"),
             (["MODEL", "--c", "--all-platforms", "--output", "x"], "--all-platforms is for an FMU"),
             (["MODEL", "--fmu", "--output", "my wing.fmu"], "choose letters, digits and _"),
+            (["MODEL", "--c", "--output", "my wing.c"], "choose letters, digits and _, and the ending .c"),
             (["MODEL", "--c", "--output", "absent/x.c"], "choose a folder you may write to"),
             (["DAMAGED", "--c", "--output", "x"], "is damaged"),
             (["FOREIGN", "--c", "--output", "x"], "holds no model"),

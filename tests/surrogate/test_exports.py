@@ -13,7 +13,7 @@ import pytest
 from surrogate import LocalModelNetwork, Network, Variable
 from surrogate.c_source import c_header, c_source
 from surrogate.closed_form import closed_form
-from surrogate.exports import FORMS, export_model
+from surrogate.exports import FORMS, export_form
 from surrogate.local_models import polynomial_terms
 from surrogate.partitions import AxisPartition, ObliquePartition, SplitTree
 
@@ -73,6 +73,10 @@ OUTSIDE = np.array([[9001.0, 0.0, 0.0], [5000.0, -5.1, 0.0]])
 @pytest.fixture(params=MODELS, ids=[name.replace(" ", "_") for name in MODELS])
 def model(request) -> Network | LocalModelNetwork:
     return MODELS[request.param]
+
+
+def export_model(model, form: str) -> bytes:
+    return export_form(closed_form(model), form)
 
 
 def has_std(model) -> bool:
@@ -301,6 +305,12 @@ def test_same_model_gives_the_same_bytes(model):
     for form in FORMS:
         if not form.startswith("onnx") or shutil.which("cc"):
             assert export_model(model, form) == export_model(model, form)
+
+
+def test_standard_deviations_are_left_out():
+    form = closed_form(MODELS["one hidden layer"], has_std=False)
+    assert form.std is None
+    assert b"std" not in export_form(form, "numpy")
 
 
 def test_unknown_form():
