@@ -14,7 +14,7 @@ import numpy as np
 from gtm_fmu.airframe.configuration import RANGES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.names import CONTROLS
-from gtm_fmu.airframe.surfaces import FLAPS, SPOILERS
+from gtm_fmu.airframe.surfaces import COMMANDED, FLAPS, SPOILERS
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.failures import FASTEST_DEG_S, WIDEST, ControlLimits, Failure, Range, RateLimits
 from gtm_fmu.manoeuvre import ALTITUDE_FT, GAMMA_DEG
@@ -50,22 +50,30 @@ class EngineOut(StrEnum):
 
 
 class _Setting(NamedTuple):
-    """A field of `Configuration` that one number sets, on all its panels."""
+    """A field of `Configuration`, or the panels of it, that one number sets."""
 
     field: str
-    panels: int = 0
+    panels: slice | None = None
 
-    def value(self, number: float) -> float | tuple[float, ...]:
-        return (number,) * self.panels if self.panels else number
+
+def _each(field: str, name: str, units: str, surfaces: tuple[str, ...]) -> dict[Column, _Setting]:
+    """An input for each panel."""
+    return {Column(name.format(surface), units): _Setting(field, slice(k, k + 1)) for k, surface in enumerate(surfaces)}
 
 
 _SETTINGS = {
     Column("stabilizer", "deg"): _Setting("stabilizer_deg"),
-    Column("flaps", "deg"): _Setting("flap_deg", len(FLAPS)),
-    Column("spoilers", "deg"): _Setting("spoiler_deg", len(SPOILERS)),
+    Column("flaps", "deg"): _Setting("flap_deg", slice(len(FLAPS))),
+    Column("spoilers", "deg"): _Setting("spoiler_deg", slice(len(SPOILERS))),
     Column("gear", "1"): _Setting("gear"),
     Column("fuel_used", "lb"): _Setting("fuel_used_lb"),
+    **_each("flap_deg", "{}", "deg", FLAPS),
+    **_each("spoiler_deg", "{}", "deg", SPOILERS),
+    **_each("surface_gain", "{}_gain", "1", COMMANDED),
+    **_each("surface_offset_deg", "{}_offset", "deg", COMMANDED),
 }
+"""Single panels by their signals (`surfaces.SIGNALS`): one that is jammed has gain 0, and its position as offset."""
+
 _RATES = {Column(f.name.replace("_deg_s", "_rate"), "deg/s"): f.name for f in fields(RateLimits)}
 
 CONDITION: dict[Column, Range] = {Column("altitude", "ft"): ALTITUDE_FT, Column("gamma", "deg"): GAMMA_DEG}
@@ -142,11 +150,15 @@ def failure(values: Mapping[str, float]) -> Failure:
         return {label: (values[low], values[high]) for label, (low, high) in pairs.items() if low in values}
 
     engine_out = tuple(EngineOut)[int(values.get("engine_out", 0))]
-    settings: dict[str, Any] = {
-        setting.field: setting.value(values[column.name])
-        for column, setting in _SETTINGS.items()
-        if column.name in values
-    }
+    settings: dict[str, Any] = {}
+    for column, (field, panels) in _SETTINGS.items():
+        if column.name not in values:
+            continue
+        if panels is None:
+            settings[field] = values[column.name]
+        else:
+            all_panels = settings.setdefault(field, list(getattr(Configuration, field)))
+            all_panels[panels] = [values[column.name]] * len(all_panels[panels])
     rates = {field: values[column.name] for column, field in _RATES.items() if column.name in values}
     return Failure(
         ControlLimits(**limits(CONTROLS)),

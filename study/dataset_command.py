@@ -14,7 +14,7 @@ from rich.table import Table
 from gtm_fmu.axes import Axis, choices, failure_levels, levels, limit_levels, limits_span, span
 from gtm_fmu.cases import CaseTable, Sampling
 from gtm_fmu.errors import InputError
-from gtm_fmu.inputs import CHOICES, LIMITED, NAMES, QUANTITIES, EngineOut
+from gtm_fmu.inputs import LIMITED, QUANTITIES, EngineOut
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG
 from study.options import DAMAGE_CASES, ENGINES, SETTINGS, Option, Pair, pair, takes
 
@@ -146,7 +146,7 @@ def _table(
     given: Mapping[str, Any], sampling: Sampling | None, cases: int | None, seed: int | None, jam_share: float | None
 ) -> CaseTable:
     """The table that the options describe."""
-    inputs = {name: _Input.of(name, given) for name in NAMES if name not in CHOICES}
+    inputs = {name: _Input.of(name, given) for name in (*_MEANING, *LIMITED)}
     chosen = [choices("damage_case", given["damage_case"])] if given["damage_case"] else []
     if given["engine_out"]:
         chosen.append(choices("engine_out", [list(EngineOut).index(engine) for engine in given["engine_out"]]))

@@ -72,6 +72,15 @@ class TestFailures:
             rate_limits=RateLimits(elevator_deg_s=100, rudder_deg_s=0),
         )
 
+    def test_single_panels(self):
+        """Left aileron jammed at 4 deg, upper rudder at half, flaps at 10 deg but for the left outboard one."""
+        found = failure({"AILL_gain": 0.0, "AILL_offset": 4.0, "RUDU_gain": 0.5, "flaps": 10.0, "FLAPLOB": 0.0})
+        assert found.configuration == Configuration(
+            surface_gain=(1, 1, 1, 1, 0, 1, 0.5, 1),
+            surface_offset_deg=(0, 0, 0, 0, 4, 0, 0, 0),
+            flap_deg=(10, 0, 10, 10),
+        )
+
     def test_nothing_is_the_undamaged_aircraft(self):
         assert failure({"altitude": 0.0, "gamma": 0.0}) == Failure()
         assert failure(dict(zip(NAMES, sampled().rows(0, 1)[0], strict=True))).airframe is None
