@@ -1,55 +1,67 @@
-"""Seconds to train 20 networks 4-10-2 on data of the study's size, beside scipy.optimize.least_squares.
+"""Seconds to train on the paper's lattice: 20 networks by each method, a local model network; beside libraries.
 
-Both start from the same weights and fit the same 991 samples: `surrogate` with Bayesian regularisation for 1000 epochs
-at most, SciPy (MINPACK's Levenberg-Marquardt, analytic Jacobian) without regularisation for 1000 evaluations at most.
-SciPy trains one network at a time, so a few stand for all 20.
+All learn from the same part of the first split of `gtm-fmu protocol` and are judged by its independent part. Seconds
+are of processor time over all cores, which other work on the machine does not stretch. Peers: SciPy's least_squares
+(MINPACK, analytic Jacobian, from the same weights, without regularisation, one network at a time) and scikit-learn's
+Gaussian process (Matern 5/2, a length for each input).
 
-    python benchmarks/surrogate_training.py
+    python benchmarks/surrogate_training.py [STORE]
+
+STORE is the lattice's data set, `envelopes.zarr` of a study; without it the lattice is solved first.
 """
 
-import json
-import platform
+import sys
 import time
+import warnings
+from collections.abc import Callable
+from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import torch
 from scipy.optimize import least_squares
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+from table import row, write
 
-from surrogate.levenberg_marquardt import Schedule, train
-from surrogate.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
+from gtm_fmu import dataset
+from study.emulator import INPUTS, SPEEDS
+from surrogate import LocalSettings, select_network, split_samples, train_local_models
+from surrogate.local_protocol import ALGORITHMS, LOCAL_MODELS
+from surrogate.perceptron import nguyen_widrow, split_parameters
+from surrogate.scaling import column_ranges, to_symmetric
+from surrogate.training import METHODS, generator
 
-SAMPLES, SHAPE, NETWORKS, PEER_NETWORKS, EPOCHS = 991, (4, 10, 2), 20, 4, 1000
-RESULT = Path(__file__).parent / "results" / "surrogate_training.json"
-
-
-def synthetic_samples() -> tuple[np.ndarray, np.ndarray]:
-    """Inputs and targets on [-1, 1]: two limits of a speed range that close in on each other, with bends and a kink."""
-    X = np.random.default_rng(0).uniform(-1, 1, (SAMPLES, 4))
-    height, slope, lower, upper = X.T
-    offset = np.maximum(np.maximum(lower, -upper), 0.0)
-    fast = np.tanh(1.5 - height - slope) - 0.8 * offset**2 * np.exp(0.5 * height)
-    slow = 0.3 * np.exp(height) + 0.5 * offset**3 + 0.05 * np.sin(3 * slope * height)
-    T = np.column_stack([slow, fast])
-    return X, 2 * (T - T.min(axis=0)) / np.ptp(T, axis=0) - 1
+ROUNDS, PEERS, SIZES = 20, 3, (4, 10, 2)
 
 
-def peer_seconds_and_mse(X: np.ndarray, T: np.ndarray, w: np.ndarray) -> tuple[float, float, int]:
-    """Time, mean squared error on [0, 1] and Jacobian evaluations of least_squares for one network."""
-    (n, d), (_, hidden, outputs) = X.shape, SHAPE
+def timed(call: Callable[[], Any]) -> tuple[float, float, Any]:
+    """Processor seconds, seconds, and the result."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    result = call()
+    return time.process_time() - cpu, time.perf_counter() - wall, result
+
+
+def lattice(store: Path | None) -> tuple[np.ndarray, np.ndarray]:
+    X, V, _ = dataset.samples(dataset.load(store) if store else dataset.lattice())
+    feasible = np.isfinite(V).all(axis=1)
+    return X[feasible], V[feasible]
+
+
+def least_squares_network(X: np.ndarray, T: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Parameters that SciPy finds from w, on data scaled to [-1, 1]."""
+    (n, d), hidden, outputs = X.shape, SIZES[1], SIZES[2]
     x = np.column_stack([X, np.ones(n)])
     J = np.zeros((outputs, n, len(w)))
 
-    def hidden_outputs(w):
-        (IW, LW), (b1, b2) = split_parameters(w, SHAPE)
-        return np.tanh(X @ IW.T + b1), LW, b2
-
     def errors(w):
-        a, LW, b2 = hidden_outputs(w)
-        return (a @ LW.T + b2 - T).T.ravel()
+        (IW, LW), (b1, b2) = split_parameters(w, SIZES)
+        return (np.tanh(X @ IW.T + b1) @ LW.T + b2 - T).T.ravel()
 
     def jacobian(w):
-        a, LW, _ = hidden_outputs(w)
+        (IW, LW), (b1, _) = split_parameters(w, SIZES)
+        a = np.tanh(X @ IW.T + b1)
         slopes = (1 - a**2)[:, :, None] * x[:, None]
         for o in range(outputs):
             first = hidden * (d + 1) + o * (hidden + 1)
@@ -58,44 +70,61 @@ def peer_seconds_and_mse(X: np.ndarray, T: np.ndarray, w: np.ndarray) -> tuple[f
             J[o, :, first + hidden] = 1.0
         return J.reshape(outputs * n, -1)
 
-    start = time.perf_counter()
-    result = least_squares(errors, w, jacobian, method="lm", max_nfev=EPOCHS, ftol=1e-15, xtol=1e-15, gtol=1e-15)
-    return time.perf_counter() - start, float(np.mean(result.fun**2) / 4), result.njev
+    return least_squares(errors, w, jacobian, method="lm", max_nfev=1000, ftol=1e-15, xtol=1e-15, gtol=1e-15).x
+
+
+def gaussian_process(X: np.ndarray, T: np.ndarray) -> list[GaussianProcessRegressor]:
+    kernel = ConstantKernel(1.0, (1e-3, 1e5)) * Matern(np.ones(4), (1e-2, 1e3), nu=2.5) + WhiteKernel(1e-6, (1e-10, 1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        return [GaussianProcessRegressor(kernel, normalize_y=True).fit(X, t) for t in T.T]
 
 
 def main() -> None:
-    X, T = synthetic_samples()
-    w = np.stack([nguyen_widrow(np.random.default_rng(j), SHAPE) for j in range(NETWORKS)])
-    problems = PerceptronBatch.from_samples(X, T, np.tile(np.arange(SAMPLES), (NETWORKS, 1)), [SHAPE[1]])
-    train(problems, w, Schedule(epochs=5))
+    X, Y = lattice(Path(sys.argv[1]) if len(sys.argv) > 1 else None)
+    split = split_samples(len(X), ROUNDS, 0.1, 0)
+    design, tests = split.training[0], split.independent
+    X_p = to_symmetric(X, column_ranges(X, [name for name, _ in INPUTS]))
+    ranges = column_ranges(Y, [name for name, _ in SPEEDS])
+    T_p = to_symmetric(Y, ranges)
+    names = {"inputs": INPUTS, "outputs": SPEEDS}
+    select_network(X, Y, seed=0, rounds=2, hidden=2, **names)  # warms torch up
 
-    start, cpu_start = time.perf_counter(), time.process_time()
-    fits = train(problems, w, Schedule(epochs=EPOCHS))
-    seconds, cpu_seconds = time.perf_counter() - start, time.process_time() - cpu_start
-    epochs = sum(len(fit.history.sse) - 1 for fit in fits)
-    mse = [fit.history.sse[-1] / T.size / 4 for fit in fits]
-    peers = [peer_seconds_and_mse(X, T, w[j]) for j in range(PEER_NETWORKS)]
-    peer_seconds = float(np.mean([s for s, _, _ in peers]))
-    peer_steps = sum(steps for _, _, steps in peers)
-    result = {
-        "machine": f"{platform.machine()}, {torch.get_num_threads()} cores, torch {torch.__version__}",
-        "networks": NETWORKS,
-        "samples": SAMPLES,
-        "seconds": round(seconds, 2),
-        "cpu_seconds": round(cpu_seconds, 2),
-        "epochs_done": epochs,
-        "ms_per_epoch": round(1e3 * seconds / epochs, 3),
-        "median_mse": float(f"{np.median(mse):.3g}"),
-        "peer": "scipy.optimize.least_squares (lm, analytic Jacobian)",
-        "peer_seconds_per_network": round(peer_seconds, 2),
-        "peer_ms_per_jacobian": round(1e3 * peer_seconds * PEER_NETWORKS / peer_steps, 3),
-        "peer_median_mse": float(f"{np.median([m for _, m, _ in peers]):.3g}"),
-        "times_faster_per_network": round(peer_seconds * NETWORKS / seconds, 1),
-    }
-    RESULT.parent.mkdir(exist_ok=True)
-    RESULT.write_text(json.dumps(result, indent=1) + "\n")
-    for name, value in result.items():
-        print(f"| {name} | {value} |")
+    peer, _, _ = timed(
+        lambda: [
+            least_squares_network(X_p[design], T_p[design], nguyen_widrow(generator(0, "weights", j), SIZES))
+            for j in range(PEERS)
+        ]
+    )
+    rows = []
+    for method, (name, _) in METHODS.items():
+        cpu, wall, selection = timed(lambda method=method: select_network(X, Y, seed=0, method=method, **names))
+        epochs = sum(len(history.sse) - 1 for history in selection.histories)
+        library = "scipy least_squares, a network"
+        rows.append(
+            row(f"{name}, a network of {ROUNDS}", cpu / ROUNDS, "s", library, peer / PEERS, peer / PEERS * ROUNDS / cpu)
+        )
+        rows.append(row(f"{name}, {ROUNDS} networks, all cores, clock", wall, "s"))
+        rows.append(row(f"{name}, {ROUNDS} networks, {epochs} epochs", cpu, "s"))
+        rows.append(row(f"{name}, best MSE on the independent test", selection.mse["independent"].min(), ""))
+    cpu, _, processes = timed(lambda: gaussian_process(X_p[design], T_p[design]))
+    predicted = np.column_stack([process.predict(X_p[tests]) for process in processes])
+    rows.append(row("scikit-learn Gaussian process, V_min and V_max", cpu, "s"))
+    rows.append(row("scikit-learn Gaussian process, MSE there", np.mean((predicted - T_p[tests]) ** 2) / 4, ""))
+    seconds, errors = {}, []
+    for algorithm, local_model, o in product(ALGORITHMS, LOCAL_MODELS, (0, 1)):
+        arguments = {"rows": design, "validation_rows": split.test[0], "algorithm": algorithm}
+        settings, output = LocalSettings(local_model), {"inputs": INPUTS, "outputs": [SPEEDS[o]]}
+        cpu, _, (network, _) = timed(
+            lambda a=arguments | output, s=settings, o=o: train_local_models(X, Y[:, [o]], settings=s, **a)
+        )
+        seconds[algorithm, local_model, o] = cpu
+        if (algorithm, local_model) == ("hilomot", "quadratic"):
+            errors.append(np.mean((network.predict(X[tests])[:, 0] - Y[tests, o]) ** 2) / np.ptp(Y[:, o]) ** 2)
+    rows.append(row("local model network, mean of 12", np.mean(list(seconds.values())), "s"))
+    rows.append(row("local model network, slowest of 12", max(seconds.values()), "s"))
+    rows.append(row("HILOMOT, quadratic, MSE there", float(np.mean(errors)), ""))
+    write("surrogate_training", rows)
 
 
 if __name__ == "__main__":

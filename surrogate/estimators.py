@@ -42,14 +42,14 @@ class _SurrogateRegressor(RegressorMixin, BaseEstimator):
 
     def _samples(self, X: ArrayLike, y: ArrayLike) -> tuple[Array, Array, Variables, Variables]:
         """Checked X (n, d) and Y (n, m), and names for their columns."""
-        names = [str(name) for name in getattr(y, "columns", [])]
+        names = list(getattr(y, "columns", [])) or [name for name in [getattr(y, "name", None)] if name is not None]
         checked = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True, ensure_min_samples=2)
         X, Y = (np.asarray(values, dtype=float) for values in checked)
         self._y_is_1d = Y.ndim == 1
         Y = Y.reshape(len(Y), -1)
         given = getattr(self, "feature_names_in_", [f"x{j + 1}" for j in range(X.shape[1])])
         names = names or ["y" if Y.shape[1] == 1 else f"y{o + 1}" for o in range(Y.shape[1])]
-        return X, Y, [(str(name), "") for name in given], [(name, "") for name in names]
+        return X, Y, [(str(name), "") for name in given], [(str(name), "") for name in names]
 
     def _split(self, n: int, fraction: float | None, rng: np.random.RandomState) -> Split:
         """Rows for training, and for validation where a fraction of the samples is set apart."""

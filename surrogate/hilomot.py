@@ -93,6 +93,14 @@ class NestedSplit:
 
 
 @dataclass(frozen=True)
+class _Cut:
+    direction: Array
+    offset: float
+    steepness: float
+    loss: float
+
+
+@dataclass(frozen=True)
 class Hilomot:
     """Axis-oblique splitting; `iterations` bound the search for a direction."""
 
@@ -114,24 +122,14 @@ class Hilomot:
 
     def split(self, grown: Grown, model: int, samples: Samples) -> Grown | None:
         """From the best start, the direction and offset of the least error."""
-        from scipy.optimize import minimize  # slow to import, and not needed to evaluate
-
         assert isinstance(grown, _Hierarchy)
         own = grown.phi[:, model, None] * grown.outputs[:, model]
         rows = grown.phi[:, model] > NEGLIGIBLE
         problem = NestedSplit(samples.subset(rows), grown.phi[rows, model], (grown.errors(samples) + own)[rows])
-        start = self._start(problem, grown.tree, model)
-        if start is None:
+        cut = self._best_cut(problem, grown.tree, model)
+        if cut is None:
             return None
-        theta, kappa = start
-        for sharper in self._sharpening():
-            arguments = (kappa * sharper,)
-            options = {"maxiter": self.iterations}
-            theta = minimize(problem.loss_and_gradient, theta, arguments, "BFGS", jac=True, options=options).x
-        direction, offset = _normalised(theta)
-        steepness = self._steepness(problem, direction, offset)
-        if steepness is None or (problem.shares(direction, offset, steepness).sum(0) < samples.terms_count).any():
-            return None
+        direction, offset, steepness = cut.direction, cut.offset, cut.steepness
         q = NestedSplit(samples, grown.phi[:, model], samples.y).shares(direction, offset, steepness)
         coefficients = samples.fit(q)
         return _Hierarchy(
@@ -149,20 +147,46 @@ class Hilomot:
             factors.insert(0, factors[0] / SHARPENING)
         return factors
 
-    def _start(self, problem: NestedSplit, tree: SplitTree, model: int) -> tuple[Array, float] | None:
-        """The best split through the centre of the model along an axis or its parent's direction, and its kappa."""
+    def _best_cut(self, problem: NestedSplit, tree: SplitTree, model: int) -> _Cut | None:
+        """The cut of the least loss: from the best start, the last of the search that leaves enough to both halves."""
+        from scipy.optimize import minimize  # slow to import, and not needed to evaluate
+
+        start = self._start(problem, tree, model)
+        if start is None:
+            return None
+        theta, path = np.append(start.direction, start.offset), []
+        for sharper in self._sharpening():
+            theta = minimize(
+                problem.loss_and_gradient,
+                theta,
+                (start.steepness * sharper,),
+                "BFGS",
+                jac=True,
+                options={"maxiter": self.iterations},
+                callback=lambda theta: path.append(theta.copy()),
+            ).x
+        cuts = (self._cut(problem, theta[:-1], float(theta[-1])) for theta in reversed(path))
+        found = next((cut for cut in cuts if cut is not None), start)
+        return min(start, found, key=lambda cut: cut.loss)
+
+    def _start(self, problem: NestedSplit, tree: SplitTree, model: int) -> _Cut | None:
+        """The best cut through the centre of the model along an axis or its parent's direction."""
         centre = problem.parent @ problem.samples.z / problem.parent.sum()
         directions = [*np.eye(len(centre)), *tree.directions[(tree.children == -1 - model).any(axis=1)]]
-        best, least = None, np.inf
-        for direction in directions:
-            offset = float(direction @ centre)
-            kappa = self._steepness(problem, direction, offset)
-            if kappa is None:
-                continue
-            q = problem.shares(direction, offset, kappa)
-            if (q.sum(0) >= problem.samples.terms_count).all() and (loss := problem.loss(q)) < least:
-                best, least = (np.append(direction, offset), kappa), loss
-        return best
+        cuts = (self._cut(problem, direction, float(direction @ centre)) for direction in directions)
+        return min((cut for cut in cuts if cut is not None), key=lambda cut: cut.loss, default=None)
+
+    def _cut(self, problem: NestedSplit, direction: Array, offset: float) -> _Cut | None:
+        """A cut, the direction of any length; None where a half has less of the data than it has parameters."""
+        length = float(np.linalg.norm(direction))
+        direction, offset = direction / length, offset / length
+        steepness = self._steepness(problem, direction, offset)
+        if steepness is None:
+            return None
+        q = problem.shares(direction, offset, steepness)
+        if (q.sum(0) < problem.samples.terms_count).any():
+            return None
+        return _Cut(direction, offset, steepness, problem.loss(q))
 
     def _steepness(self, problem: NestedSplit, direction: Array, offset: float) -> float | None:
         """Steepness of a split; None where one side is empty."""
@@ -181,8 +205,3 @@ class Hilomot:
                 break
             kappa *= 2.0
         return kappa
-
-
-def _normalised(theta: Array) -> tuple[Array, float]:
-    length = float(np.linalg.norm(theta[:-1]))
-    return theta[:-1] / length, float(theta[-1]) / length

@@ -126,6 +126,8 @@ def train_local_models(
     X, Y, `inputs` and `outputs` are as for `train_networks`. `rows` (n,) numbers the training samples,
     `validation_rows` (v,) those that end the growth. `progress(models, most models)`.
     """
+    from threadpoolctl import threadpool_limits
+
     X, Y = checked_samples(X, inputs, "X"), checked_samples(Y, outputs, "Y")
     if len(X) != len(Y):
         raise ValueError(f"X has {len(X)} samples and Y has {len(Y)}, but each sample needs both.")
@@ -146,7 +148,8 @@ def train_local_models(
     splitter: Splitter = (
         Lolimot(settings.smoothness) if algorithm == "lolimot" else Hilomot(X.shape[1], settings.smoothness)
     )
-    grown, growth = grow(training, validation, splitter, settings, progress)
+    with threadpool_limits(1, "blas"):  # the matrices are too small to be divided among cores
+        grown, growth = grow(training, validation, splitter, settings, progress)
     coefficients = grown.coefficients * np.ptp(target_ranges, axis=1)
     coefficients[:, 0] += target_ranges[:, 0]  # the first term is the constant, and the validities add up to one
     network = LocalModelNetwork(

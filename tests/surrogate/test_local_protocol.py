@@ -45,9 +45,7 @@ def test_independent_errors_are_those_of_the_chosen_networks(selection):
 
 def test_the_split_is_that_of_algorithm_1(selection):
     names = {"inputs": INPUTS, "outputs": OUTPUTS, "schedule": Schedule(epochs=3)}
-    networks = select_network(
-        selection.X, selection.Y, seed=4, rounds=2, hidden=2, schedule=Schedule(epochs=3), **names
-    )
+    networks = select_network(selection.X, selection.Y, seed=4, rounds=2, hidden=2, **names)
     np.testing.assert_array_equal(networks.split.independent, selection.split.independent)
     np.testing.assert_array_equal(networks.split.test, selection.split.test)
 

@@ -67,6 +67,21 @@ def test_hilomot_recovers_an_oblique_kink():
     assert np.sqrt(np.mean((model.predict(new) - expected) ** 2)) < 1e-5
 
 
+def test_an_oblique_hyperbola_takes_hilomot_a_third_of_the_models():
+    """Nelles' example 1 / (0.1 + (1 - u1) / 2 + (1 - u2) / 2), to 5 % of its deviation, all splits diagonal."""
+    u = np.linspace(0, 1, 15)
+    X = np.stack(np.meshgrid(u, u), axis=-1).reshape(-1, 2)
+    y = 1 / (0.1 + 0.5 * (1 - X[:, 0]) + 0.5 * (1 - X[:, 1]))
+    needed = {}
+    for regressor in (LolimotRegressor, HilomotRegressor):
+        growth = regressor(criterion="size", max_models=20).fit(X, y).growth_
+        needed[regressor] = int(np.argmax(np.sqrt(growth.training_mse) * np.ptp(y) / y.std() < 0.05)) + 1
+    assert 1 < needed[HilomotRegressor] <= 5
+    assert needed[LolimotRegressor] >= 3 * needed[HilomotRegressor]
+    tree = HilomotRegressor(criterion="size", max_models=5).fit(X, y).network_.partition.tree
+    np.testing.assert_allclose(np.abs(tree.directions), np.sqrt(0.5), atol=1e-4)
+
+
 def test_gradient_of_a_split_agrees_with_central_differences():
     rng = np.random.default_rng(0)
     z, y = rng.uniform(size=(200, 3)), rng.normal(size=(200, 2))
