@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from pythonfmu import FmuBuilder
+from rich.console import Console
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
@@ -22,7 +23,9 @@ sys.path.insert(0, str(ROOT))
 from examples.envelope_protection.figure import draw  # noqa: E402
 from examples.envelope_protection.importers import IMPORTERS  # noqa: E402
 from examples.envelope_protection.system import write_ssp  # noqa: E402
+from gtm_fmu.errors import InputError  # noqa: E402
 from study.fmus import build_fmu  # noqa: E402
+from study.progress import stages  # noqa: E402
 
 FLIGHTS = {"with protection": True, "without protection": False}
 ENVELOPES = ("envelope-native", "envelope", "surrogate-native", "surrogate")
@@ -31,15 +34,14 @@ PACKAGES = {"FMPy": "fmpy", "ecospy": "ecospy", "libcosimpy": "libcosimpy"}
 
 
 def build(folder: Path, envelope: str = ENVELOPES[0]) -> dict[str, Path]:
-    """The FMUs and the archives of both flights, by the flight; ``envelope`` is one of `ENVELOPES`."""
-    folder.mkdir(parents=True, exist_ok=True)
-    autopilot = folder / "Autopilot.fmu"
-    FmuBuilder.build_FMU(Path(__file__).with_name("autopilot.py"), dest=autopilot)
-    fmus = {
-        "aircraft": build_fmu("aircraft-native", folder),
-        "envelope": build_fmu(envelope, folder),
-        "autopilot": autopilot,
-    }
+    """The FMUs and the archives of both flights, by the flight; ``envelope`` is one of `ENVELOPES`.
+
+    Raises:
+        InputError: an FMU that cannot be built, or the folder.
+    """
+    fmus = {"aircraft": build_fmu("aircraft-native", folder), "envelope": build_fmu(envelope, folder)}
+    fmus["autopilot"] = folder / "Autopilot.fmu"
+    FmuBuilder.build_FMU(Path(__file__).with_name("autopilot.py"), dest=fmus["autopilot"])
     return {
         flight: write_ssp(folder / f"{flight.replace(' ', '_')}.ssp", fmus, is_protected)
         for flight, is_protected in FLIGHTS.items()
@@ -59,7 +61,8 @@ def fly(tool: str, ssp: Path, seconds: float | None = None) -> np.ndarray:
         [*command, *([] if seconds is None else [str(seconds)])], capture_output=True, text=True, env=environment
     )
     if ended.returncode:
-        raise RuntimeError(f"{tool} fails: {(ended.stderr or ended.stdout).strip().splitlines()[-1:]}")
+        printed = (ended.stderr or ended.stdout).strip().splitlines() or ["without a word"]
+        raise RuntimeError(f"{tool} cannot fly {ssp.name} (exit code {ended.returncode}): {printed[-1]}")
     return np.genfromtxt(table, delimiter=",", names=True, deletechars="", replace_space="_")
 
 
@@ -70,27 +73,46 @@ def difference(flight: np.ndarray, other: np.ndarray) -> float:
     return max(np.abs((flight[n][here] - other[n][there]) / np.fmax(1, np.abs(flight[n][here]))).max() for n in names)
 
 
-def main() -> None:
-    """Build, fly, compare, draw."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--output", type=Path, default=Path("build/envelope_protection"), help="folder of all files")
-    parser.add_argument("--tools", nargs="+", choices=IMPORTERS, default=list(IMPORTERS), help="the first one is drawn")
-    parser.add_argument("--envelope", choices=ENVELOPES, default=ENVELOPES[0], help="what tells V_min and V_max")
-    arguments = parser.parse_args()
+def compare(archives: dict[str, Path], tools: list[str], stage) -> dict[str, np.ndarray]:
+    """Fly in each tool that is installed; say how the flights differ, and give those of the first tool."""
     flights: dict[str, np.ndarray] = {}
-    for flight, ssp in build(arguments.output, arguments.envelope).items():
-        for tool in arguments.tools:
+    for flight, ssp in archives.items():
+        for tool in tools:
             if find_spec(PACKAGES[tool]) is None:
                 print(f"{flight}: {tool} is not installed")
                 continue
-            found = fly(tool, ssp)
+            with stage(f"{flight}, {tool}"):
+                found = fly(tool, ssp)
             if flight in flights:
                 print(f"{flight}: {tool} differs by {difference(flights[flight], found):.1e}")
             else:
                 print(f"{flight}: flown by {tool}")
                 flights[flight] = found
+    return flights
+
+
+def main() -> int:
+    """Build, fly, compare, draw; 2 for what cannot be built, 3 for a tool that fails."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--output", type=Path, default=Path("build/envelope_protection"), help="folder of all files")
+    parser.add_argument("--tools", nargs="+", choices=IMPORTERS, default=list(IMPORTERS), help="the first one is drawn")
+    parser.add_argument("--envelope", choices=ENVELOPES, default=ENVELOPES[0], help="what tells V_min and V_max")
+    arguments = parser.parse_args()
+    console = Console(stderr=True)
+    try:
+        with stages(Console(stderr=True, quiet=not console.is_terminal)) as stage:
+            with stage("Build"):
+                archives = build(arguments.output, arguments.envelope)
+            flights = compare(archives, arguments.tools, stage)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except RuntimeError as error:
+        print(error, file=sys.stderr)
+        return 3
     print(draw(flights, arguments.output / "envelope_protection.png"))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
