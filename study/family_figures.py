@@ -81,8 +81,8 @@ def _plot_volume(family: EnvelopeFamily) -> Figure:
             style = line_style(stroke) | {"lw": 1.3}
             axes.plot(stroke.turn_rate_deg_s, stroke.tas_kt, place, label=stroke.label.tex, **style, zorder=2)
     axes.set_xlabel(r"$\dot\psi$, deg/s")
-    axes.set_ylabel("$V$, kn")
-    axes.set_zlabel(captions.with_units(captions.symbol(family.axis.name), family.axis.units).tex)
+    axes.set_ylabel("$V$, kn", labelpad=8)
+    axes.set_zlabel(captions.with_units(captions.symbol(family.axis.name), family.axis.units).tex, labelpad=10)
     axes.view_init(elev=24, azim=-58)
     axes.set_box_aspect((1.1, 1.2, 1.0), zoom=0.92)
     for one in (axes.xaxis, axes.yaxis, axes.zaxis):

@@ -17,19 +17,17 @@ _SIDES = ((-1, "to negative positions"), (1, "to positive positions"))
 def plot_limit_surface(surface: LimitSurface) -> Figure:
     """V_max over both limits, with the jams along its edge (paper Fig. 33)."""
     figure = Figure(figsize=(6.6, 4.8))
-    axes: Any = figure.add_axes((0.0, 0.04, 0.82, 0.88), projection="3d", computed_zorder=False)
+    axes: Any = figure.add_axes((0.02, 0.04, 0.82, 0.88), projection="3d", computed_zorder=False)
     upper, lower = np.meshgrid(surface.limits, surface.limits)
-    drawn = axes.plot_surface(lower, upper, surface.v_max_kt, cmap="cividis", rcount=61, ccount=61, zorder=1)
+    axes.plot_surface(lower, upper, surface.v_max_kt, cmap="cividis", rcount=61, ccount=61, zorder=1)
     jams = np.diag(surface.v_max_kt)
     axes.plot(surface.limits, surface.limits, jams, color=_JAMS, lw=3, label="jams", zorder=2)
     for set_label, label in zip((axes.set_xlabel, axes.set_ylabel), _axis_labels(surface), strict=True):
         set_label(label.tex)
-    axes.set_zlabel(captions.V_MAX.tex)
+    axes.set_zlabel(captions.V_MAX.tex, labelpad=8)
     axes.view_init(elev=28, azim=-60)
     figure.suptitle(_surface_title(surface).replace("; ", "\n"), fontsize="medium")
     figure.legend(loc="upper right")
-    if np.isfinite(surface.v_max_kt).any():
-        figure.colorbar(drawn, ax=axes, label=captions.V_MAX.tex, shrink=0.6, pad=0.02)
     return figure
 
 
@@ -38,15 +36,14 @@ def surface_page(surface: LimitSurface) -> str:
     import plotly.graph_objects as go
 
     lower, upper = (label.html for label in _axis_labels(surface))
-    at = "%{y:g} .. %{x:g}: %{z:.2f} kn"
     figure = go.Figure()
     figure.add_surface(
         x=surface.limits,
         y=surface.limits,
-        z=surface.v_max_kt,
+        z=surface.v_max_kt.T,  # plotly has a row for each y
         colorscale="Cividis",
-        colorbar={"title": captions.V_MAX.html, "len": 0.6, "thickness": 12},
-        hovertemplate=f"{at}<extra></extra>",
+        showscale=False,
+        hovertemplate="%{x:g} .. %{y:g}: %{z:.2f} kn<extra></extra>",
     )
     figure.add_scatter3d(
         x=surface.limits,
@@ -59,10 +56,10 @@ def surface_page(surface: LimitSurface) -> str:
         hovertemplate="jam at %{x:g}: %{z:.2f} kn<extra></extra>",
     )
     scene = {
-        "xaxis_title": upper,
-        "yaxis_title": lower,
+        "xaxis_title": lower,
+        "yaxis_title": upper,
         "zaxis_title": captions.V_MAX.html,
-        "camera": {"eye": {"x": 1.5, "y": -2.4, "z": 1.2}},
+        "camera": {"eye": {"x": 1.9, "y": -2.3, "z": 1.2}},
     }
     return page(figure, _surface_title(surface), scene=scene, margin={"b": 60})
 
