@@ -87,7 +87,8 @@ def lattice(
     )
 
 
-_CHECKSUM = "sha256"
+CHECKSUM = "sha256"
+"""Attribute with the hash of all values, by which a lost chunk is noticed."""
 
 
 def _checksum(data: xr.Dataset) -> str:
@@ -110,7 +111,7 @@ def save(data: xr.Dataset, path: str | Path) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         for leftover in (partial, replaced):
             shutil.rmtree(leftover, ignore_errors=True)
-        data.assign_attrs({_CHECKSUM: _checksum(data)}).to_zarr(partial, mode="w", consolidated=False)
+        data.assign_attrs({CHECKSUM: _checksum(data)}).to_zarr(partial, mode="w", consolidated=False)
         if path.exists():
             path.rename(replaced)
         partial.rename(path)
@@ -128,7 +129,7 @@ def load(path: str | Path) -> xr.Dataset:
     """
     try:
         data = xr.open_zarr(path, consolidated=False).load()
-        if data.attrs.pop(_CHECKSUM, None) != _checksum(data):  # a lost chunk reads as NaN, without an error
+        if data.attrs.pop(CHECKSUM, None) != _checksum(data):  # a lost chunk reads as NaN, without an error
             raise ValueError("its values are not those that were written")
     except Exception as error:
         raise InputError(f"{path} is no readable data set ({error}); make one with `gtm-fmu study`.") from None

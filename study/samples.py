@@ -119,6 +119,7 @@ def _read_zarr(path: Path) -> tuple[pd.DataFrame, dict[str, str]]:
     """A store of `gtm-fmu dataset`, a lattice of the study, or any other data set: one column a variable."""
     import xarray as xr
 
+    from gtm_fmu import dataset as lattice
     from gtm_fmu.export import frame
     from gtm_fmu.store import FINISHED, open_cases
 
@@ -127,7 +128,8 @@ def _read_zarr(path: Path) -> tuple[pd.DataFrame, dict[str, str]]:
     if FINISHED in data:
         return frame(open_cases(path)), units
     labels = {name: _label(str(name), values) for name, values in data.variables.items()}
-    return data.load().to_dataframe().reset_index().rename(columns=labels), units
+    whole = lattice.load(path) if lattice.CHECKSUM in data.attrs else data.load()
+    return whole.to_dataframe().reset_index().rename(columns=labels), units
 
 
 def _label(name: str, values: xr.Variable) -> str:

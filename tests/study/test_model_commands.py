@@ -2,6 +2,7 @@
 
 import ctypes
 import json
+import shutil
 import subprocess
 
 import numpy as np
@@ -129,6 +130,10 @@ class TestTrain:
             models.append(load_model(tmp_path / "m.json"))
             assert (models[-1].inputs, models[-1].outputs) == (INPUTS, SPEEDS)
         assert models[0].provenance["data_sha256"] == models[1].provenance["data_sha256"]
+        shutil.rmtree(tmp_path / "lattice.zarr" / "v_max" / "c")  # lost chunks would read as NaN
+        code, _, error = command("train", tmp_path / "lattice.zarr", "--output", tmp_path / "m.json")
+        assert code == 2
+        assert "its values are not those that were written" in error
 
     @pytest.mark.parametrize(
         ("arguments", "sentence"),
