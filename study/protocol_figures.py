@@ -45,6 +45,7 @@ def plot_rounds(methods: dict[str, dict[str, Any]], title: str) -> Figure:
             best + 1, mse[best], "o", ms=12, mfc="none", color=COLOURS[name], label=f"selected: {mse[best]:.2g}"
         )
     axes.set(xlabel="round", ylabel=f"{MSE}, independent test", title=f"As {title} of the paper")
+    axes.xaxis.get_major_locator().set_params(integer=True)
     return _finished(figure, axes)
 
 
@@ -57,6 +58,7 @@ def plot_outputs(part: dict[str, Any], title: str) -> Figure:
         axes.semilogy(rounds, mse[:, o], "s--", ms=4, lw=0.8, label=name)
     axes.semilogy(rounds, mse.mean(axis=1), "ko-", ms=4, label="mean")
     axes.set(xlabel="round", ylabel=f"{MSE}, independent test", title=title)
+    axes.xaxis.get_major_locator().set_params(integer=True)
     return _finished(figure, axes)
 
 

@@ -58,7 +58,7 @@ def train_networks(
         raise ValueError(f"X has {len(X)} samples and Y has {len(Y)}, but each sample needs both.")
     if method not in METHODS:
         raise ValueError(f"'{method}' is no training method: choose {' or '.join(METHODS)}.")
-    layers = (hidden,) if isinstance(hidden, int) else tuple(hidden)
+    layers = (int(hidden),) if isinstance(hidden, int | np.integer) else tuple(hidden)
     if not layers or min(layers) < 1:
         raise ValueError(f"{hidden} hidden neurons were asked for, but at least 1 is needed in each hidden layer.")
     rows = _checked_rows(rows, len(X), "rows")

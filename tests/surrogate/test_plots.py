@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from surrogate.plots import plot_error_histogram, plot_performance, plot_regression
+from surrogate import Growth
+from surrogate.plots import (
+    plot_error_histogram,
+    plot_growth,
+    plot_performance,
+    plot_regression,
+    plot_regularization,
+    plot_training,
+)
 
 
 def test_regression_shows_every_sample_of_the_four_parts(selection, tmp_path):
@@ -33,3 +41,28 @@ def test_histogram_counts_every_independent_error_in_its_unit(selection):
     for axes, error in zip(figure.axes, errors.T, strict=True):
         assert sum(bar.get_height() for bar in axes.patches) == len(rows)
         assert axes.patches[0].get_x() == pytest.approx(error.min())
+
+
+def test_training_shows_errors_on_the_scale_of_the_selection(selection):
+    """History sums squares on [-1, 1], the selection means on [0, 1]."""
+    [axes] = plot_training(selection).axes
+    training = axes.get_lines()[0].get_ydata()
+    assert training[-1] == pytest.approx(selection.mse["training"][selection.selected], rel=1e-9)
+    assert axes.get_lines()[1].get_ydata()[0] == selection.mse["test"][selection.selected]
+
+
+def test_regularization_shows_the_history(selection):
+    history = selection.histories[0]
+    for axes, values in zip(
+        plot_regularization(history).axes, (history.gamma, history.alpha, history.beta, history.mu), strict=True
+    ):
+        np.testing.assert_array_equal(axes.get_lines()[0].get_ydata(), values)
+
+
+def test_growth_marks_the_kept_network():
+    mse = np.array([0.4, 0.1, 0.2])
+    growth = Growth(np.array([3, 6, 9]), mse / 2, mse, mse, best=2, stop="validation")
+    [axes] = plot_growth({"LOLIMOT": growth}).axes
+    line, mark = axes.get_lines()
+    np.testing.assert_array_equal(line.get_xydata(), np.column_stack([[3, 6, 9], mse]))
+    np.testing.assert_array_equal(mark.get_xydata(), [[6, 0.1]])
