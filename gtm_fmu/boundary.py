@@ -16,7 +16,7 @@ import numpy as np
 from gtm_fmu import manoeuvre
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
-from gtm_fmu.manoeuvre import PSI_DOT, V
+from gtm_fmu.manoeuvre import PSI_DOT, THROTTLE, V
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
 
 RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT = 0.05, 0.1
@@ -54,7 +54,8 @@ class Piece:
 class Boundary:
     """Closed polygons around the manoeuvres, each in pieces that begin where the one before ends.
 
-    There are several where speeds have gaps; a hole is a polygon inside another. Parts narrower than a cell of the grid
+    There are several where speeds have gaps; a hole is a polygon inside another; where two jams leave only a curve, one
+    piece is the curve. Parts narrower than a cell of the grid
     (1 kn x 1 deg/s, of small envelopes a twelfth) may be missing or cut. The limits of a piece have the names of
     `manoeuvre.limits_hit`.
     """
@@ -88,9 +89,8 @@ def envelope_boundary(condition: FlightCondition) -> Boundary:
     if not len(seeds):
         return Boundary(())
     tracer = _Tracer(condition, seeds)
-    if not tracer.found.feasible.any():  # too few manoeuvres for any grid
-        points = _PER_UNIT * seeds[:, _UNKNOWN]
-        return Boundary(((Piece(manoeuvre.limits_hit(seeds[0], *condition.bounds), points[:, 0], points[:, 1]),),))
+    if not tracer.found.feasible.any():
+        return Boundary(((tracer.curve(seeds),),))
     return Boundary(tuple(_pieces(ring) for ring in tracer.rings()))
 
 
@@ -125,6 +125,22 @@ class _Tracer:
                 box = 0.5 * np.abs(end.place - start.place) + _FARTHEST * self._steps
                 ring += [start, *self._between(start, end, (0.5 * (start.place + end.place), box))]
             yield ring
+
+    def curve(self, seeds: np.ndarray) -> Piece:
+        """Manoeuvres from the first seed to the last, where they have no area: two jams leave a curve."""
+        slowest, fastest = (_PER_UNIT[1] * seeds[[0, -1], V]).tolist()
+        objective = np.eye(len(seeds[0]))[THROTTLE]  # any will do: one manoeuvre is left at a speed
+        vertices = [self._vertex(seeds[0])]
+        for speed in np.linspace(slowest, fastest, int((fastest - slowest) / _STEPS[1]) + 2)[1:-1]:
+            lower, upper = (bound.copy() for bound in self._condition.bounds)
+            lower[V] = upper[V] = speed / _PER_UNIT[1]
+            start = vertices[-1].y[None]
+            best = solver.extreme(*self._at, lower, upper, objective, start, self._airframe)
+            if best.status == solver.TRIMMED:
+                vertices.append(self._vertex(best.y))
+        vertices.append(self._vertex(seeds[-1]))
+        held = set.intersection(*(set(vertex.limits) for vertex in vertices))
+        return Piece(tuple(sorted(held)), *np.array([vertex.place for vertex in vertices]).T)
 
     def _crossing(self, column: float, row: float) -> _Vertex:
         """Where the boundary crosses a line of the grid, between the two cells about a half of an index."""

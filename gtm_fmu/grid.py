@@ -106,6 +106,8 @@ def envelope_grid(
 ) -> EnvelopeGrid:
     """Every steady manoeuvre of a flight condition at multiples of the two steps.
 
+    With two jams the manoeuvres are a curve in this plane, which meets no cell.
+
     Raises:
         InputError: a step that is not positive.
     """

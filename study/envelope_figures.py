@@ -52,7 +52,7 @@ def strokes(boundary: Boundary) -> Iterator[Stroke]:
             for k, name in enumerate(controls[:2]):
                 yield Stroke(captions.quantity(name), _COLOURS[name], k > 0, piece.turn_rate_deg_s, piece.tas_kt)
             if not controls:
-                label = Label("no limit: the fastest turn", "no limit: the fastest turn")
+                label = Label("no limit", "no limit")
                 yield Stroke(label, "#777777", False, piece.turn_rate_deg_s, piece.tas_kt)
 
 

@@ -175,6 +175,18 @@ def test_envelopes_with_horns_have_a_boundary_between_them():
             assert trim.feasible == is_feasible
 
 
+def test_two_jams_leave_a_curve():
+    condition = FlightCondition(10000, 0, ControlLimits((1.5, 1.5), rudder_deg=(5, 5)))
+    ((curve,),) = envelope_boundary(condition).polygons
+    whole = condition.envelope()
+    assert curve.tas_kt[[0, -1]] == pytest.approx([whole.v_min_kt, whole.v_max_kt], abs=1e-6)
+    assert len(curve.tas_kt) > 10
+    for tas_kt, rate in zip(curve.tas_kt[1:-1], curve.turn_rate_deg_s[1:-1], strict=True):
+        free = steady.trim(10000, tas_kt, 0, rate, ControlLimits(rudder_deg=(5, 5)))  # of which the elevator follows
+        assert free.feasible
+        assert free.elevator_deg == pytest.approx(1.5, abs=1e-6)
+
+
 def test_an_envelope_of_one_speed_has_a_boundary_of_one_point():
     trim = steady.trim(10000, 118.5, 0, 0, ControlLimits(rudder_deg=(10, 10)))
     held = {"elevator_deg": trim.elevator_deg, "aileron_deg": trim.aileron_deg, "throttle_pct": trim.throttle_pct}

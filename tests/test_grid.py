@@ -106,6 +106,21 @@ def test_boundary_names_the_limits_that_hold_it():
     assert longest["phi.lower",].turn_rate_deg_s.max() < longest["phi.upper",].turn_rate_deg_s.min()
 
 
+@pytest.mark.parametrize("name", ["no failure", "left engine out, left elevator off"])
+def test_unstable_trims_are_controllable_in_all_their_modes(name):
+    """The paper's rule asks for the full rank of its eq. 35: the stable modes of an unstable trim, too."""
+    grid = envelope_grid(FlightCondition(*brute_force.CASES[name]), 6.0, 4.0)
+    cells = grid.feasible & ~grid.stable
+    assert cells.sum() > 10
+    for y in grid.y[cells][::3]:
+        trim = Trim.of_unknowns(y, grid.altitude_ft, grid.gamma_deg, True, (), grid.failure.airframe)
+        model = linearization.linearize(trim, grid.failure)
+        A = model.A * linearization.STATE_SCALE / linearization.STATE_SCALE[:, None]
+        B = model.B * linearization.input_scale(model.inputs) / linearization.STATE_SCALE[:, None]
+        pencils = [np.hstack([root * np.eye(len(A)) - A, B]) for root in model.eigenvalues]
+        assert min(np.linalg.svd(pencil, compute_uv=False)[-1] for pencil in pencils) > 0.1
+
+
 def test_without_an_envelope_there_are_no_cells():
     grid = solved((30000.0, 5.0, (30.0, 30.0)))
     assert grid.tas_kt.size == 0
