@@ -16,7 +16,10 @@ def function(name: str, arguments: list, results: list) -> ca.Function:
 
 def slope_through_tables(result, wrt, C, T, lookups):
     """Jacobian of a result through C (6) of the look-ups too, with slopes T; transposed, so that C sees rows."""
-    return (ca.jacobian(result, wrt) + ca.jacobian(result, C) @ T @ ca.jacobian(lookups, wrt)).T
+    dC = T @ ca.jacobian(lookups, wrt)
+    along = ca.vertcat(ca.SX.eye(wrt.numel()), dC)
+    arguments = ca.vertcat(wrt, C)
+    return ca.horzcat(*(ca.jtimes(result, arguments, along[:, k]) for k in range(wrt.numel()))).T
 
 
 def write_functions(folder: Path, name: str, functions: list[ca.Function]) -> None:
