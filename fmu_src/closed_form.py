@@ -1,70 +1,81 @@
-"""A trained network without NumPy: the closed form of `surrogate.Network` for one sample, in the Python of the host."""
+"""A fitted model without NumPy: the steps of its closed form, one sample at a time, in the Python of the host."""
 
-from collections.abc import Iterable
-from math import sqrt, tanh
+from collections.abc import Callable
+from math import exp, log1p, sqrt, tanh
 from operator import mul
 
+Vector = list[float]
+FUNCTIONS = {
+    "tanh": tanh,
+    "exp": exp,
+    "softplus": lambda x: max(x, 0.0) + log1p(exp(-abs(x))),
+    "square": lambda x: x * x,
+    "sqrt": sqrt,
+}
 
-def dot(a: Iterable[float], b: Iterable[float]) -> float:
-    """Sum of products."""
-    return sum(map(mul, a, b))
+
+def prepared(step: dict) -> Callable[[list[Vector]], Vector]:
+    """A step of `surrogate.program` as a function of the vectors before it."""
+    name, x = step["step"], step.get("x", 0)
+    if name == "Constant":
+        return lambda vectors: step["values"]
+    if name == "Scale":
+        numbers = list(zip(step["shift"], step["factor"], step["offset"], strict=True))
+        return lambda vectors: [
+            (value - shift) * factor + offset
+            for value, (shift, factor, offset) in zip(vectors[x], numbers, strict=True)
+        ]
+    if name == "Affine":
+        starts = [next((k for k, weight in enumerate(row) if weight), 0) for row in step["W"]]  # of a triangle
+        rows = [(start, row[start:], b) for start, row, b in zip(starts, step["W"], step["b"], strict=True)]
+        return lambda vectors: [sum(map(mul, row, vectors[x][start:]), b) for start, row, b in rows]
+    if name == "Apply":
+        function = FUNCTIONS[step["function"]]
+        return lambda vectors: [function(value) for value in vectors[x]]
+    if name == "Take":
+        return lambda vectors: [vectors[x][i] for i in step["i"]]
+    if name == "Products":
+        y, pairs = step["y"], list(zip(step["i"], step["j"], strict=True))
+        return lambda vectors: [vectors[x][i] * vectors[y][j] for i, j in pairs]
+    if name == "GroupSum":
+        size = step["size"]
+        return lambda vectors: [sum(vectors[x][k : k + size]) for k in range(0, len(vectors[x]), size)]
+    if name == "Softmax":
+        return lambda vectors: shares(vectors[x])
+    return lambda vectors: [value for k in step["parts"] for value in vectors[k]]
+
+
+def shares(values: Vector) -> Vector:
+    """Softmax, with the largest argument taken out so that nothing overflows."""
+    powers = [exp(value - max(values)) for value in values]
+    return [power / sum(powers) for power in powers]
 
 
 class ClosedForm:
-    """Layers a_l = tanh(W_l a_(l-1) + b_l), the last without tanh, on inputs and outputs mapped to [-1, 1]."""
+    """What `surrogate.exports` writes as JSON."""
 
-    def __init__(self, network: dict):
-        """Take the content of a network file."""
-        layers = zip(network["weights"], network["biases"], strict=True)
-        self.layers = [[[*row, bias] for row, bias in zip(*layer, strict=True)] for layer in layers]
-        self.input_ranges, self.target_ranges = network["input_ranges"], network["target_ranges"]
-        self.noise = 0.5 / network["beta"]
-        self.factor = [row[i:] for i, row in enumerate(network["posterior_factor"])]  # upper triangular
+    def __init__(self, document: dict):
+        """Take the content of the file."""
+        self.ranges = [(variable["least"], variable["greatest"]) for variable in document["inputs"]]
+        self.steps = {name: [prepared(step) for step in document[name] or ()] for name in ("predict", "std")}
 
-    def _activations(self, inputs: list[float]) -> list[list[float]]:
-        """Scaled inputs and what each hidden layer gives, each with a last 1 for the biases (paper eqs 43, 44)."""
-        a = [
-            2 * (x - least) / (greatest - least) - 1
-            for x, (least, greatest) in zip(inputs, self.input_ranges, strict=True)
-        ]
-        activations = [[*a, 1.0]]
-        for layer in self.layers[:-1]:
-            activations.append([*(tanh(dot(row, activations[-1])) for row in layer), 1.0])
-        return activations
+    def _run(self, name: str, inputs: Vector) -> Vector:
+        vectors = [inputs]
+        for step in self.steps[name]:
+            vectors.append(step(vectors))
+        return vectors[-1]
 
-    def predict(self, inputs: list[float]) -> list[float]:
-        """Outputs in their units (paper eq 45)."""
-        a = self._activations(inputs)[-1]
-        return [
-            (dot(row, a) + 1) * (greatest - least) / 2 + least
-            for row, (least, greatest) in zip(self.layers[-1], self.target_ranges, strict=True)
-        ]
+    def predict(self, inputs: Vector) -> Vector:
+        """Outputs in their units."""
+        return self._run("predict", inputs)
 
-    def predict_std(self, inputs: list[float]) -> list[float]:
-        """Standard deviations of the outputs: the noise, and what the uncertain parameters add."""
-        activations = self._activations(inputs)
-        deviations = []
-        for i, (least, greatest) in enumerate(self.target_ranges):
-            gradient = self._parameter_gradient(activations, i)
-            spread = [dot(factors, gradient[k:]) for k, factors in enumerate(self.factor)]
-            deviations.append(sqrt(self.noise + dot(spread, spread)) * (greatest - least) / 2)
-        return deviations
+    def predict_std(self, inputs: Vector) -> Vector:
+        """Standard deviations of the outputs."""
+        return self._run("std", inputs)
 
-    def _parameter_gradient(self, activations: list[list[float]], output: int) -> list[float]:
-        """Slopes of one output on [-1, 1] with respect to all parameters, by backpropagation."""
-        delta = [float(i == output) for i in range(len(self.layers[-1]))]
-        gradient: list[float] = []
-        for a, layer in zip(reversed(activations), reversed(self.layers), strict=True):
-            gradient = [d * value for d in delta for value in a] + gradient
-            delta = [
-                dot(delta, column) * (1 - x * x)
-                for column, x in zip(list(zip(*layer, strict=True))[:-1], a[:-1], strict=True)
-            ]
-        return gradient
-
-    def in_range(self, inputs: list[float], rounding: float) -> bool:
+    def in_range(self, inputs: Vector, rounding: float) -> bool:
         """Whether every input lies inside the ranges of the training data, but for a relative rounding."""
         return all(
             least - rounding * (greatest - least) <= value <= greatest + rounding * (greatest - least)
-            for value, (least, greatest) in zip(inputs, self.input_ranges, strict=True)
+            for value, (least, greatest) in zip(inputs, self.ranges, strict=True)
         )

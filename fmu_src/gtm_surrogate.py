@@ -5,18 +5,18 @@ from .envelope_slave import EnvelopeSlave, Found
 from .slave import ROUNDING, read_resource
 
 
-def load_network(resources: str, name: str) -> ClosedForm:
-    """A network of the FMU's resources."""
-    return ClosedForm(read_resource(resources, f"{name}.json")["model"])
+def load_model(resources: str, name: str) -> ClosedForm:
+    """A model of the FMU's resources."""
+    return ClosedForm(read_resource(resources, f"{name}.json"))
 
 
 class GtmSurrogate(EnvelopeSlave):
     """V_min and V_max of a failed rudder; an envelope exists where the least throttle of a trim is at most full."""
 
     def __init__(self, **kwargs):
-        """Load the networks."""
+        """Load the models."""
         super().__init__(**kwargs)
-        self.speeds, self.throttle = (load_network(self.resources, name) for name in ("speeds", "throttle"))
+        self.speeds, self.throttle = (load_model(self.resources, name) for name in ("speeds", "throttle"))
         self.full_throttle = self.table["constants"]["full_throttle_pct"]
 
     def find(self, case: list[float]) -> Found:

@@ -27,6 +27,8 @@ from fmu_src.native_packaging import NATIVE_MODELS, refuse_networks
 from fmu_src.slave import TABLE_FILE, platform_folder
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
+from surrogate.closed_form import closed_form
+from surrogate.exports import json_text
 
 SOURCES = Path(__file__).parent
 ENTRY = '''"""Entry point of pythonfmu, which runs this file again at each instantiation; the code is in the package."""
@@ -100,9 +102,10 @@ def surrogate_contents(networks: Sequence[Path]) -> Contents:
     """GtmSurrogate: the network of V_min and V_max, and that of t_min; pure Python, for all platforms of pythonfmu."""
     from fmu_src.surrogate_variables import NETWORKS, read_networks, surrogate_description
 
-    found = read_networks(networks)
-    resources = {f"{name}.json": path.read_bytes() for name, path in zip(NETWORKS, networks, strict=True)}
-    model = surrogate_description(*found)
+    speeds, throttle = read_networks(networks)
+    forms = closed_form(speeds), closed_form(throttle, has_std=False)
+    resources = {f"{name}.json": json_text(form).encode() for name, form in zip(NETWORKS, forms, strict=True)}
+    model = surrogate_description(speeds, throttle)
     return Contents(model, ("slave", "closed_form", "envelope_slave", "gtm_surrogate"), resources, _served_platforms())
 
 

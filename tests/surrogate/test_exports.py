@@ -10,6 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 
+from fmu_src.closed_form import ClosedForm
 from surrogate import LocalModelNetwork, Network, Variable
 from surrogate.c_source import c_header, c_source
 from surrogate.closed_form import closed_form
@@ -254,49 +255,13 @@ def test_latex(model):
     assert r"flap */ \textbackslash{} 50\% (deg)" in written
 
 
-def interpreted(steps: list[dict], x: list[float]) -> list[float]:
-    """The steps of the JSON form in plain Python, from their description alone."""
-    functions = {
-        "tanh": math.tanh,
-        "exp": math.exp,
-        "softplus": lambda v: max(v, 0) + math.log1p(math.exp(-abs(v))),
-        "square": lambda v: v * v,
-        "sqrt": math.sqrt,
-    }
-    values = [x]
-    for s in steps:
-        v = values[s["x"]] if "x" in s else []
-        if s["step"] == "Constant":
-            result = s["values"]
-        elif s["step"] == "Scale":
-            result = [(e - a) * f + b for e, a, f, b in zip(v, s["shift"], s["factor"], s["offset"], strict=True)]
-        elif s["step"] == "Affine":
-            result = [
-                math.fsum(w * e for w, e in zip(row, v, strict=True)) + b for row, b in zip(s["W"], s["b"], strict=True)
-            ]
-        elif s["step"] == "Apply":
-            result = [functions[s["function"]](e) for e in v]
-        elif s["step"] == "Take":
-            result = [v[i] for i in s["i"]]
-        elif s["step"] == "Products":
-            result = [v[i] * values[s["y"]][j] for i, j in zip(s["i"], s["j"], strict=True)]
-        elif s["step"] == "GroupSum":
-            result = [math.fsum(v[start : start + s["size"]]) for start in range(0, len(v), s["size"])]
-        elif s["step"] == "Softmax":
-            powers = [math.exp(e) for e in v]
-            result = [power / math.fsum(powers) for power in powers]
-        else:
-            result = [e for k in s["parts"] for e in values[k]]
-        values.append(result)
-    return values[-1]
-
-
 def test_json(model):
+    """Read by what runs in an FMU's host, without NumPy."""
     document = json.loads(export_model(model, "json"))
-    found = {
-        name: document[name] and [interpreted(document[name], x) for x in X.tolist()] for name in ("predict", "std")
-    }
-    check(model, **found)
+    form = ClosedForm(document)
+    std = [form.predict_std(x) for x in X.tolist()] if has_std(model) else document["std"]
+    check(model, predict=[form.predict(x) for x in X.tolist()], std=std)
+    assert [form.in_range(x, 0.0) for x in (*X[:2], *OUTSIDE)] == [True, True, False, False]
     assert [(v["name"], v["unit"]) for v in document["outputs"]] == list(OUTPUTS)
     assert [[v["least"], v["greatest"]] for v in document["inputs"]] == RANGES.tolist()
 
