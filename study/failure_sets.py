@@ -9,7 +9,7 @@ from study import off_lattice
 from study.off_lattice import OffLattice, case_table
 from study.progress import Advance
 
-JAMS, CASES_4D = 4096, 2048
+JAMS, CASES = 2048, 2048
 OTHER_FAILURES: Mapping[str, tuple[str, ...]] = {
     "rudder and aileron": ("rudder", "aileron"),
     "rudder, aileron and elevator": ("rudder", "aileron", "elevator"),
@@ -25,7 +25,7 @@ def rudder_sets() -> dict[str, CaseTable]:
     return {
         "sobol_jams": case_table(cases=JAMS, seed=1, jam_share=1.0, sampling=Sampling.SOBOL),
         "random_jams": case_table(cases=JAMS // 2, seed=2, jam_share=1.0),
-        "sobol_cases": case_table(cases=CASES_4D, seed=3, jam_share=0.5, sampling=Sampling.SOBOL),
+        "sobol_cases": case_table(cases=CASES, seed=3, jam_share=0.5, sampling=Sampling.SOBOL),
     }
 
 

@@ -19,8 +19,8 @@ def surrogates(
     """Surrogates beyond the paper's: fitted, and measured on exact cases off the lattice.
 
     Library models, networks, jam maps and the thrust map; errors by the number of exact searches; other failures. All
-    of it takes about ten minutes of processor time the first time. What is finished is kept: the same command goes on
-    where it was stopped.
+    of it takes about a quarter of an hour of processor time the first time. What is finished is kept: the same command
+    goes on where it was stopped.
     """
     from rich.console import Console
 

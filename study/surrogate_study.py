@@ -39,8 +39,6 @@ SEARCHES_A_CASE = 3
 """V_min, V_max and t_min of a case are a search each, as is a thrust of a map."""
 SURFACE_SOLUTIONS = (500, 1000, 2000)
 JAM_COUNTS = (128, 256, 512, 1024)
-POOL = 2048
-"""Jams that the adaptive choice is made from."""
 JAM_LATTICES = ((4, 4, 8), (4, 7, 9), (6, 8, 11), (8, 10, 13))
 """Levels of altitude, flight path and jam."""
 
@@ -50,7 +48,6 @@ class Contender(NamedTuple):
 
     data: str
     make: Callable[[], Any]
-    cases: int | None = None
 
 
 def _bayesian(hidden: int = 10, restarts: int = 6, epochs: int = 500) -> Any:
@@ -86,7 +83,7 @@ def contenders() -> dict[str, Contender]:
     }
     network = partial(_bayesian, 30, 2, 200)
     jam_maps = {
-        f"{name}, jam map": Contender("sobol_jams", partial(JamModel, make), 2048)
+        f"{name}, jam map": Contender("sobol_jams", partial(JamModel, make))
         for name, make in (("Gaussian process", gaussian_process), ("BR network 3-30-2", network))
     }
     return paper_s | better_data | jam_maps
@@ -177,7 +174,6 @@ def _lattice(folder: Path) -> OffLattice:
 
 def _measured(contender: Contender, sets: Mapping[str, OffLattice], truth: OffLattice) -> dict[str, Any]:
     data = sets[contender.data]
-    data = data.take(slice(None, contender.cases))
     started = time.process_time()
     model = contender.make().fit(data)
     seconds = time.process_time() - started
@@ -222,7 +218,7 @@ def _first(sets: Mapping[str, OffLattice], name: str) -> list[OffLattice]:
 
 
 def _adaptive(sets: Mapping[str, OffLattice], name: str) -> list[OffLattice]:
-    pool = sets["sobol_jams"].take(slice(None, POOL))
+    pool = sets["sobol_jams"]
     order = chosen_jams(pool, JAM_COUNTS[-1])
     return [pool.take(order[:count]) for count in JAM_COUNTS]
 
