@@ -127,7 +127,7 @@ class _Tracer:
             yield ring
 
     def curve(self, seeds: np.ndarray) -> Piece:
-        """Manoeuvres from the first seed to the last, where they have no area: two jams leave a curve."""
+        """Manoeuvres from the first seed to the last where they have no area: a branch of the curve of two jams."""
         slowest, fastest = (_PER_UNIT[1] * seeds[[0, -1], V]).tolist()
         objective = np.eye(len(seeds[0]))[THROTTLE]  # any will do: one manoeuvre is left at a speed
         vertices = [self._vertex(seeds[0])]

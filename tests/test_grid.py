@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from matplotlib.path import Path
 
-from gtm_fmu import linearization, steady
+from gtm_fmu import linearization, manoeuvre, steady
 from gtm_fmu.boundary import envelope_boundary
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import ControlLimits
+from gtm_fmu.failures import ControlLimits, Failure
 from gtm_fmu.grid import EnvelopeGrid, envelope_grid
 from gtm_fmu.manoeuvre import Trim
 from tests import brute_force
@@ -104,6 +104,26 @@ def test_boundary_names_the_limits_that_hold_it():
     assert longest["alpha.upper",].tas_kt.min() == pytest.approx(condition.envelope().v_min_kt, abs=0.01)
     assert longest["throttle.upper",].tas_kt.max() == pytest.approx(condition.envelope().v_max_kt, abs=0.01)
     assert longest["phi.lower",].turn_rate_deg_s.max() < longest["phi.upper",].turn_rate_deg_s.min()
+
+
+def test_jammed_elevator_keeps_every_turn_at_which_a_free_one_passes_its_position():
+    """Trims with the elevator free over 2 deg of rudder: where it passes the jam between two of them, a trim exists."""
+    jam, free = 0.0, Failure()
+    condition = FlightCondition(10000.0, 0.0, free.with_limits("elevator_deg", (jam, jam)))
+    grid = envelope_grid(condition, 4.0, 2.0)
+    lower, upper = manoeuvre.bounds(free)
+    passed, before = np.zeros(grid.feasible.shape, dtype=bool), None
+    for deflection in np.arange(-30.0, 31.0, 2.0):
+        at = condition.altitude_ft, grid.tas_kt[:, None], condition.gamma_deg, grid.turn_rate_deg_s
+        found = steady.trims(*at, free, rudder_deg=(deflection, deflection))
+        inside = (found.status != solver.NO_TRIM) & ((found.y >= lower) & (found.y <= upper)).all(axis=1)
+        off = found.y[:, manoeuvre.ELEVATOR] - jam
+        if before is not None:
+            passed |= (inside & before[0] & (off * before[1] <= 0)).reshape(passed.shape)
+        before = inside, off
+    assert passed.sum() > 30
+    assert (passed & ~grid.feasible).sum() <= 1  # a cell at a horn's tip may be cut off from the others
+    np.testing.assert_allclose(grid.y[grid.feasible][:, manoeuvre.ELEVATOR], jam, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["no failure", "left engine out, left elevator off"])
