@@ -104,24 +104,29 @@ def solve(
 def scores(truth: OffLattice, speeds_kt: np.ndarray, feasible: np.ndarray) -> dict[str, dict[str, Any]]:
     """Errors of predicted speeds (n, 2) kt and verdicts (n), of restrictions, jams and both.
 
-    Speeds are compared where both find an envelope. The mean square is of speeds scaled to 0..1 by the range of the
-    exact ones; the percentiles are of V_min and V_max together.
+    Speeds are compared where both find an envelope; parts in which that never happens are left out. The mean square is
+    of speeds scaled to 0..1 by the range of the exact ones; the percentiles are of V_min and V_max together.
 
     Raises:
-        InputError: predictions of another number of cases.
+        InputError: predictions of another number of cases, or none with an envelope where there is one.
     """
     if speeds_kt.shape != truth.speeds_kt.shape or feasible.shape != truth.feasible.shape:
         raise InputError(f"{len(speeds_kt)} predictions were given for {len(truth.X)} cases; give one for each.")
-    scale = np.ptp(truth.speeds_kt[truth.feasible], axis=0)
+    compared = truth.feasible & feasible & np.isfinite(speeds_kt).all(axis=1)
+    if not compared.any():
+        raise InputError("No prediction finds an envelope where there is one; there is nothing to compare.")
     masks = (~truth.jammed, truth.jammed, np.ones(len(truth.X), dtype=bool))
-    parts = zip(PARTS, masks, strict=True)
-    return {name: _scores(truth, part, speeds_kt, feasible, scale) for name, part in parts if part.any()}
+    return {
+        name: _scores(truth, part, compared & part, speeds_kt, feasible)
+        for name, part in zip(PARTS, masks, strict=True)
+        if (compared & part).any()
+    }
 
 
 def _scores(
-    truth: OffLattice, part: np.ndarray, speeds_kt: np.ndarray, feasible: np.ndarray, scale: np.ndarray
+    truth: OffLattice, part: np.ndarray, compared: np.ndarray, speeds_kt: np.ndarray, feasible: np.ndarray
 ) -> dict[str, Any]:
-    compared = part & truth.feasible & feasible & np.isfinite(speeds_kt).all(axis=1)
+    scale = np.ptp(truth.speeds_kt[truth.feasible], axis=0)
     error = np.abs(speeds_kt - truth.speeds_kt)[compared]
     median, high, very_high = np.percentile(error, (50, 95, 99)).tolist()
     return {

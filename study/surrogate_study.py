@@ -17,6 +17,7 @@ from gtm_fmu import dataset
 from gtm_fmu.errors import InputError
 from gtm_fmu.results import provenance
 from gtm_fmu.thrust_map import ThrustMap
+from gtm_fmu.thrust_survey import Nodes, survey
 from study import off_lattice
 from study.adaptive_sampling import chosen_jams, refinements
 from study.case_models import (
@@ -39,6 +40,7 @@ SEARCHES_A_CASE = 3
 """V_min, V_max and t_min of a case are a search each, as is a thrust of a map."""
 SURFACE_SOLUTIONS = (500, 1000, 2000)
 JAM_COUNTS = (128, 256, 512, 1024)
+AILERON_NODES = Nodes((0.0,), (-5.0, 0.0, 5.0), tuple(np.linspace(-20.0, 20.0, 41).tolist()), 49)
 JAM_LATTICES = ((4, 4, 8), (4, 7, 9), (6, 8, 11), (8, 10, 13))
 """Levels of altitude, flight path and jam."""
 
@@ -250,5 +252,18 @@ def _other(folder: Path, failure: str, advance: Advance) -> dict[str, Any]:
         model = CaseModel(make).fit(training)
         seconds = time.process_time() - started
         scores = off_lattice.scores(test, *model.predict(test.X))["all"]
-        measured[name] = scores | {"fit_s": seconds, "inputs": test.X.shape[1], "searches": 3 * len(training.X)}
+        searches = SEARCHES_A_CASE * len(training.X)
+        measured[name] = scores | {"fit_s": seconds, "inputs": test.X.shape[1], "searches": searches}
+    if failure == "aileron":
+        measured["thrust map at sea level"] = surveyed_aileron(AILERON_NODES, test, advance)
     return measured
+
+
+def surveyed_aileron(nodes: Nodes, test: OffLattice, advance: Advance) -> dict[str, Any]:
+    """Scores of a thrust map of the aileron, on cases of all altitudes."""
+    started = time.process_time()
+    found = survey(nodes, "aileron", advance).predict(test.X)
+    seconds = time.process_time() - started
+    speeds = np.column_stack([found.v_min_kt, found.v_max_kt])
+    scores = off_lattice.scores(test, speeds, found.feasible)["all"]
+    return scores | {"fit_s": seconds, "inputs": test.X.shape[1], "searches": nodes.solves}

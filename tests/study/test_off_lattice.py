@@ -47,6 +47,15 @@ def test_scores_want_a_prediction_for_each_case():
         off_lattice.scores(TRUTH, TRUTH.speeds_kt[:2], TRUTH.feasible[:2])
 
 
+def test_parts_without_an_envelope_are_left_out():
+    jams_fail = np.array([True, False, False, False])
+    found = off_lattice.scores(TRUTH, TRUTH.speeds_kt, jams_fail)
+    assert set(found) == {"restrictions", "all"}
+    assert (found["all"]["compared"], found["all"]["wrong_verdicts"], found["all"]["largest_kt"]) == (1, 2, 0.0)
+    with pytest.raises(InputError, match="nothing to compare"):
+        off_lattice.scores(TRUTH, TRUTH.speeds_kt, np.zeros(4, dtype=bool))
+
+
 def test_several_controls():
     table = off_lattice.case_table(("rudder", "aileron"), 64, 1, 1 / 3, Sampling.SOBOL)
     cases = off_lattice.inputs(table)

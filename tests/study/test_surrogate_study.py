@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from gtm_fmu import thrust_survey
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
+from gtm_fmu.failures import ControlLimits
 from gtm_fmu.thrust_map import ThrustMap
 from study import off_lattice, surrogate_figures, surrogate_report, surrogate_study
 
@@ -103,6 +104,21 @@ def test_command(ask, kept):
     refused = ask("surrogates", "--only", "oracle", "--output", str(folder))
     assert (refused.code, refused.out) == (2, "")
     assert "No model is named like 'oracle'" in refused.err
+
+
+def test_an_aileron_has_a_map_too():
+    """Two deflections at sea level serve jams between them at another altitude."""
+    X = np.array([[12000.0, 0.0, 4.5, 4.5], [20000.0, 0.0, 4.0, 5.0], [3000.0, 0.0, 5.0, 5.0]])
+    exact = [
+        FlightCondition(altitude, gamma, ControlLimits(aileron_deg=(lower, upper))).envelope()
+        for altitude, gamma, lower, upper in X.tolist()
+    ]
+    speeds = np.array([[found.v_min_kt, found.v_max_kt] for found in exact])
+    truth = off_lattice.OffLattice(X, speeds, np.array([found.t_min_pct for found in exact]))
+    nodes = thrust_survey.Nodes((0.0,), (0.0,), (4.0, 5.0), 25)
+    scores = surrogate_study.surveyed_aileron(nodes, truth, lambda *_: None)
+    assert (scores["compared"], scores["same_verdict"], scores["searches"]) == (3, 1.0, 50)
+    assert scores["largest_kt"] < 1.0
 
 
 def test_predict_by_the_map(ask):
