@@ -7,6 +7,7 @@ the same for all methods. Errors are mean squares of speeds mapped to 0..1 (pape
 import hashlib
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from matplotlib.figure import Figure
 
 from study import off_lattice, protocol_figures, published
 from study.emulator import INPUTS, SPEEDS
-from study.files import save_figure, write_text
+from study.files import save_figure, writable_folder, write_text
 from study.progress import Advance
 from surrogate import Schedule, Selection, Split, select_network, split_samples
 from surrogate.local_protocol import LocalSelection, select_local_models
@@ -83,15 +84,14 @@ class Protocol:
 
     def part(self, name: str, compute: Callable[[], tuple[dict[str, Any], dict[str, Figure]]]) -> dict[str, Any]:
         """Values of a part, from its file, or computed and kept, its figures first."""
-        path = self.folder / "parts" / f"{name}.json"
-        if path.exists():
+        path = writable_folder(self.folder / "parts") / f"{name}.json"
+        with suppress(OSError, ValueError, KeyError, TypeError):  # missing or damaged: it is computed anew
             kept = json.loads(path.read_text(encoding="utf-8"))
-            if kept.get("lattice") == self.lattice.key and kept.get("rounds") == self.rounds:
+            if (kept["lattice"], kept["rounds"]) == (self.lattice.key, self.rounds):
                 return kept
         values, figures = compute()
         for title, figure in figures.items():
             save_figure(figure, self.folder / f"{title}.png")
-        path.parent.mkdir(exist_ok=True)
         values |= {"lattice": self.lattice.key, "rounds": self.rounds}
         write_text(json.dumps(values, allow_nan=False), path)
         return values
