@@ -14,7 +14,7 @@ static const double jump = 2; /* kt EAS within the tolerance: the end lies on an
 /* The map at one altitude and path: least thrust over speed with one deflection. Outside the range of speeds it goes on
    with the slope of its first or last eighth where that lowers it. */
 typedef struct {
-    double slowest, fastest, thrust[GTM_MAP_SPEEDS], slope_below, slope_above;
+    double slowest, fastest, speed[GTM_MAP_SPEEDS], thrust[GTM_MAP_SPEEDS], slope_below, slope_above;
 } curve;
 
 typedef struct {
@@ -49,12 +49,6 @@ static long cell_of(const gtm_thrust_map *map, double deflection)
     return j;
 }
 
-static double speed(const gtm_thrust_map *map, const curve *c, long i)
-{
-    const double root = (double)i / (double)(map->speeds - 1);
-    return c->slowest + (c->fastest - c->slowest) * root * root;
-}
-
 static void take_curve(const gtm_thrust_map *map, double density, double gamma, long j, curve *c)
 {
     const long n = map->speeds, near = (n + 6) / 8;
@@ -68,9 +62,13 @@ static void take_curve(const gtm_thrust_map *map, double density, double gamma, 
             c->fastest += weight * row[1];
             for (long i = 0; i < n; i++) c->thrust[i] += weight * row[2 + i];
         }
+    for (long i = 0; i < n; i++) {
+        const double root = (double)i / (double)(n - 1);
+        c->speed[i] = c->slowest + (c->fastest - c->slowest) * root * root;
+    }
     if (!(c->slowest < c->fastest)) return; /* a single speed, or far outside the map */
-    c->slope_below = fmax(0, (c->thrust[near] - c->thrust[0]) / (speed(map, c, near) - c->slowest));
-    c->slope_above = fmin(0, (c->thrust[n - 1] - c->thrust[n - 1 - near]) / (c->fastest - speed(map, c, n - 1 - near)));
+    c->slope_below = fmax(0, (c->thrust[near] - c->thrust[0]) / (c->speed[near] - c->slowest));
+    c->slope_above = fmin(0, (c->thrust[n - 1] - c->thrust[n - 1 - near]) / (c->fastest - c->speed[n - 1 - near]));
 }
 
 static double thrust_at(const gtm_thrust_map *map, const curve *c, double v)
@@ -80,8 +78,8 @@ static double thrust_at(const gtm_thrust_map *map, const curve *c, double v)
     if (v >= c->fastest) return c->thrust[steps] + c->slope_above * (v - c->fastest);
     const long below = (long)((double)steps * sqrt((v - c->slowest) / (c->fastest - c->slowest)));
     const long i = below < steps ? below : steps - 1;
-    const double start = speed(map, c, i);
-    return c->thrust[i] + (c->thrust[i + 1] - c->thrust[i]) * (v - start) / (speed(map, c, i + 1) - start);
+    const double start = c->speed[i];
+    return c->thrust[i] + (c->thrust[i + 1] - c->thrust[i]) * (v - start) / (c->speed[i + 1] - start);
 }
 
 static double between(place at, double a, double b)
@@ -128,14 +126,13 @@ static void widen_by(ends *e, const section *s, place at, double available)
     double v[2 * GTM_MAP_SPEEDS + 2], thrust[2 * GTM_MAP_SPEEDS + 2];
     long n = 0;
     if (a == b) {
-        for (; n < speeds; n++) v[n] = speed(s->map, a, n);
-        widen(e, n, v, a->thrust, available, at);
+        widen(e, speeds, a->speed, a->thrust, available, at);
         return;
     }
     v[n++] = slowest;
     for (long i = 0, k = 0; i < speeds || k < speeds;) {
-        const double next_a = i < speeds ? speed(s->map, a, i) : INFINITY;
-        const double next_b = k < speeds ? speed(s->map, b, k) : INFINITY;
+        const double next_a = i < speeds ? a->speed[i] : INFINITY;
+        const double next_b = k < speeds ? b->speed[k] : INFINITY;
         const double next = fmin(next_a, next_b);
         i += next_a <= next;
         k += next_b <= next;
@@ -183,8 +180,8 @@ static void widen_by_crossings(ends *e, const section *s, long j, double from, d
     const curve *further = (end_a < end_b) == !is_fast ? a : b;
     double reached = end_a < end_b ? from : to;
     const double last = end_a < end_b ? to : from;
-    for (long i = 0; i < s->map->speeds && speed(s->map, further, i) < fmax(end_a, end_b); i++) {
-        const double w = (speed(s->map, further, i) - end_a) / (end_b - end_a);
+    for (long i = 0; i < s->map->speeds && further->speed[i] < fmax(end_a, end_b); i++) {
+        const double w = (further->speed[i] - end_a) / (end_b - end_a);
         if (from < w && w < to) {
             widen_by_parabola(e, s, j, reached, w, is_fast, available);
             reached = w;
@@ -228,11 +225,11 @@ static double speed_bend(const section *s, place at, double v)
     const gtm_thrust_map *map = s->map;
     const curve *c = &s->curves[at.w < 0.5 ? at.j : at.j + 1];
     long i = 1;
-    while (i < map->speeds - 3 && v > speed(map, c, i + 1)) i++;
+    while (i < map->speeds - 3 && v > c->speed[i + 1]) i++;
     double slope[3];
     for (long k = 0; k < 3; k++)
-        slope[k] = (c->thrust[i + k] - c->thrust[i + k - 1]) / (speed(map, c, i + k) - speed(map, c, i + k - 1));
-    const double step = speed(map, c, i + 1) - speed(map, c, i);
+        slope[k] = (c->thrust[i + k] - c->thrust[i + k - 1]) / (c->speed[i + k] - c->speed[i + k - 1]);
+    const double step = c->speed[i + 1] - c->speed[i];
     return fmax(fabs(slope[1] - slope[0]), fabs(slope[2] - slope[1])) * step / fabs(slope[1]);
 }
 
