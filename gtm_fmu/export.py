@@ -1,6 +1,5 @@
 """A data set as one flat table for other tools: CSV or Parquet."""
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -11,6 +10,7 @@ import xarray as xr
 
 from gtm_fmu import results
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import write_whole
 from gtm_fmu.inputs import Column
 from gtm_fmu.store import FINISHED, slices
 
@@ -77,16 +77,7 @@ def export(store: str | Path, path: str | Path) -> Path:
         InputError: the ending is neither .csv nor .parquet, the store cannot be read, or the file not be written.
     """
     path = check_export(path)
-    partial = path.with_name(f".{path.name}.partial")
-    try:
+    with suppress(OSError):  # the write will say why
         path.parent.mkdir(parents=True, exist_ok=True)
-        _WRITERS[path.suffix]((frame(data) for data in slices(store)), partial)
-        os.replace(partial, path)
-    except OSError as error:
-        raise InputError(
-            f"Cannot write {path} ({error.strerror or error}); choose a folder you may write to."
-        ) from None
-    finally:
-        with suppress(OSError):
-            partial.unlink()
+    write_whole(path, lambda partial: _WRITERS[path.suffix]((frame(data) for data in slices(store)), partial))
     return path

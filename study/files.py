@@ -2,11 +2,11 @@
 
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,17 +31,17 @@ def writable_folder(path: str | Path) -> Path:
 
 def write_text(text: str, path: Path) -> None:
     """Write a text file."""
-    _write(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+    write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
 
 
 def write_bytes(content: bytes, path: Path) -> None:
     """Write a file of bytes."""
-    _write(path, lambda partial: partial.write_bytes(content))
+    write_whole(path, lambda partial: partial.write_bytes(content))
 
 
 def save_figure(figure: "Figure", path: Path) -> None:
     """Write a figure as PNG."""
-    _write(path, lambda partial: figure.savefig(partial, format="png", dpi=110))
+    write_whole(path, lambda partial: figure.savefig(partial, format="png", dpi=110))
 
 
 def check_picture(path: Path) -> None:
@@ -65,15 +65,3 @@ def save_picture(path: Path, figure: "Callable[[], Figure]", page: Callable[[], 
         save_figure(figure(), path)
     else:
         write_text(page(), path)
-
-
-def _write(path: Path, write: Callable[[Path], object]) -> None:
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        write(partial)
-        os.replace(partial, path)
-    except OSError as error:
-        raise InputError(f"Cannot write {path} ({error.strerror}); choose a folder you may write to.") from None
-    finally:
-        with suppress(OSError):
-            partial.unlink()

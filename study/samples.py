@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import write_whole
 from surrogate import Variable
 
 if TYPE_CHECKING:
@@ -151,15 +150,7 @@ def write_table(table: pd.DataFrame, path: Path) -> Path:
     writers = {".csv": table.to_csv, ".parquet": table.to_parquet}
     if path.suffix not in writers:
         raise InputError(f"'{path}' is no table that can be written: give one ending in {' or '.join(writers)}.")
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        writers[path.suffix](partial, index=False)
-        os.replace(partial, path)
-    except OSError as error:
-        raise InputError(f"Cannot write {path} ({error.strerror}); choose a folder you may write to.") from None
-    finally:
-        with suppress(OSError):
-            partial.unlink()
+    write_whole(path, lambda draft: writers[path.suffix](draft, index=False))
     return path
 
 
