@@ -12,9 +12,7 @@ envelope is the union over the range, which the core finds exactly: wider limits
 
 import ctypes
 import json
-import os
 import zipfile
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
@@ -27,6 +25,7 @@ from gtm_fmu import manoeuvre
 from gtm_fmu.core.library import address, library, rows
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, Range
+from gtm_fmu.files import write_whole
 
 RUDDER_MAP = Path(str(files("gtm_fmu") / "data" / "rudder_thrust_map.npz"))
 """The map of the rudder that comes with the package."""
@@ -181,26 +180,23 @@ class ThrustMap:
             InputError: it cannot be written.
         """
         path = Path(path)
-        partial = path.with_name(f".{path.name}.{os.getpid()}.partial.npz")
         described = {"format": FORMAT, "control": self.control, "provenance": self.provenance}
-        try:
-            np.savez_compressed(
-                partial,
-                described=json.dumps(described, sort_keys=True, allow_nan=False),
-                altitude_ft=self.altitude_ft,
-                density_ratio=self.density_ratio,
-                gamma_deg=self.gamma_deg,
-                deflection_deg=self.deflection_deg,
-                table=self.table,
-                full_thrust_lbf=self.full_thrust_lbf,
-                tolerances=self.tolerances,
-            )
-            os.replace(partial, path)
-        except OSError as error:
-            raise InputError(f"Cannot write {path} ({error.strerror}); choose a folder you may write to.") from None
-        finally:
-            with suppress(OSError):
-                partial.unlink()
+
+        def write(draft: Path) -> None:
+            with draft.open("wb") as file:  # NumPy would add an ending to a name
+                np.savez_compressed(
+                    file,
+                    described=json.dumps(described, sort_keys=True, allow_nan=False),
+                    altitude_ft=self.altitude_ft,
+                    density_ratio=self.density_ratio,
+                    gamma_deg=self.gamma_deg,
+                    deflection_deg=self.deflection_deg,
+                    table=self.table,
+                    full_thrust_lbf=self.full_thrust_lbf,
+                    tolerances=self.tolerances,
+                )
+
+        write_whole(path, write)
         return path
 
     @classmethod

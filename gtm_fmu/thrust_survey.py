@@ -18,6 +18,7 @@ from gtm_fmu.core import solver
 from gtm_fmu.envelope import THROTTLE_WITHOUT_LIMIT
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits
+from gtm_fmu.files import write_whole
 from gtm_fmu.manoeuvre import ALTITUDE_FT, THROTTLE, V
 from gtm_fmu.thrust_map import ThrustMap
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
@@ -143,14 +144,11 @@ def _read(kept: Path, asked: str) -> np.ndarray:
 
 
 def _write(kept: Path, asked: str, solved: list[np.ndarray]) -> None:
-    partial_file = kept.with_name(f".{kept.name}.{os.getpid()}.npz")
-    try:
-        np.savez(partial_file, asked=asked, solved=solved)
-        os.replace(partial_file, kept)
-    except OSError as error:
-        raise InputError(f"Cannot write {kept} ({error.strerror}); choose a folder you may write to.") from None
-    finally:
-        partial_file.unlink(missing_ok=True)
+    def write(draft: Path) -> None:
+        with draft.open("wb") as file:
+            np.savez(file, asked=asked, solved=solved)
+
+    write_whole(kept, write)
 
 
 def _filled(table: np.ndarray, deflections: np.ndarray) -> np.ndarray:
