@@ -126,15 +126,17 @@ def test_sensitivity_of_a_known_function(monkeypatch):
             assert indices[output]["indices"][factor]["first"]["value"] == pytest.approx(share, abs=0.02)
 
 
-def test_jam_boundaries(monkeypatch):
+def test_jams_of_the_paper(monkeypatch):
     monkeypatch.setattr(comparisons, "FIG_3_JAMS_DEG", (20.0, 30.0))
     steps = []
-    boundaries, altitude_ft, gamma_deg = comparisons.jam_boundaries(lambda *step: steps.append(step))
-    assert (altitude_ft, gamma_deg) == (10000, -5)  # paper Fig. 3
-    assert steps == [(1, 2), (2, 2)]
-    found = FlightCondition(10000, -5).envelope((20, 20))
-    assert boundaries[20].tas_kt[[0, -1]].tolist() == [found.v_min_kt, found.v_max_kt]
-    assert len(boundaries[30].tas_kt) == 0
+    family = comparisons.jam_family(lambda *step: steps.append(step))
+    assert steps[-1] == (2, 2)
+    found = FlightCondition(10000, -5).envelope((20, 20))  # paper Fig. 3
+    jam_20, jam_30 = family.members
+    assert (jam_20.envelope.v_min_kt, jam_20.envelope.v_max_kt) == (found.v_min_kt, found.v_max_kt)
+    assert len(jam_20.boundary.polygons) == 1
+    assert not jam_30.envelope.feasible
+    assert jam_30.boundary.polygons == ()
 
 
 class TestProgress:
