@@ -135,12 +135,25 @@ class CaseStore:
     def _open(self) -> dict[str, zarr.Array]:
         try:
             stored = dict(zarr.open_group(self.path, mode="r+", use_consolidated=False).attrs)
+        except Exception as error:
+            raise _unreadable(self.path, error) from None
+        self._check_identity(stored)
+        try:
             # A chunk without any envelope is written like the others, so that a missing file tells of damage.
             with zarr.config.set({"array.write_empty_chunks": True}):
                 arrays = {name: zarr.open_array(self.path / name, mode="r+") for name in self._schema}
         except Exception as error:
             raise _unreadable(self.path, error) from None
-        for name, value in self._identity.items():
+        for leftover in self.path.glob("*/c/*.partial"):  # of a writer that was stopped
+            leftover.unlink()
+        return arrays
+
+    def _check_identity(self, stored: Mapping[str, Any]) -> None:
+        if not self._identity.keys() & stored.keys():
+            raise _unreadable(self.path, ValueError("a zarr store of another kind"))
+        further = (name for name in stored if name.startswith("axis_") and name not in self._identity)
+        for name in (*self._identity, *further):
+            value = self._identity.get(name)
             if stored.get(name) != value:
                 kind = "by another version" if name.endswith(("_version", "_sha256")) else "with other options"
                 change = f"{name}: {stored.get(name)!s:.60}, now {value!s:.60}"
@@ -148,9 +161,6 @@ class CaseStore:
                     f"{self.path} was made {kind} ({change}) and was left as it is; choose another folder, or remove "
                     "that one."
                 )
-        for leftover in self.path.glob("*/c/*.partial"):  # of a writer that was stopped
-            leftover.unlink()
-        return arrays
 
     def unfinished(self) -> list[range]:
         """Cases of every chunk that is still to be computed, also of one of which a file was removed."""

@@ -236,6 +236,19 @@ class TestRefusal:
             CaseStore(path, table, options, chunk)
         assert files(path) == kept
 
+    def test_an_axis_more_or_less(self, path, tmp_path):
+        """Of the same number of cases: neither store may pass for the other."""
+        damaged = CaseTable.lattice([*TABLE.axes, choices("damage_case", [4])])
+        with pytest.raises(InputError, match=r"with other options \(axis_damage_case: None, now"):
+            CaseStore(path, damaged, OPTIONS, CHUNK)
+        other = tmp_path / "damaged.zarr"
+        inputs = tuple(column.name for column in damaged.columns)
+        CaseStore(other, damaged, OPTIONS, CHUNK).write(range(4), results.evaluate(damaged.rows(0, 4), inputs=inputs))
+        kept = files(other)
+        with pytest.raises(InputError, match=r"with other options \(axis_damage_case: .*, now None\)"):
+            CaseStore(other, TABLE, OPTIONS, CHUNK)
+        assert files(other) == kept
+
     @pytest.mark.parametrize("name", ["gtm_fmu_version", "aerodynamic_data_sha256", "core_sha256", "scipy_version"])
     def test_another_version(self, path, name):
         metadata = json.loads((path / "zarr.json").read_text())
