@@ -10,8 +10,8 @@ from rich.table import Table
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_fmu.family import EnvelopeFamily, envelope_family
-from gtm_fmu.inputs import LIMITED
 from study.files import check_picture, save_picture
+from study.options import check_varied
 from study.progress import stages
 
 MOST_VALUES = 1000
@@ -37,11 +37,8 @@ def check_over(over: Over, altitude_ft: float | None, gamma_deg: float | None, g
     Raises:
         InputError: it is.
     """
-    from study.options import FAILURE
-
-    held = {"altitude": altitude_ft, "gamma": gamma_deg}
-    label = LIMITED[over[0]][0].label if over[0] in LIMITED else None
-    if held.get(over[0]) is not None or (label and given[label] != FAILURE[label].default):
+    check_varied(over[0], given)
+    if {"altitude": altitude_ft, "gamma": gamma_deg}.get(over[0]) is not None:
         raise InputError(f"The {over[0]} is either held or varied; leave out --over or its own option.")
 
 

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from study.files import check_picture, save_picture
-from study.options import FAILURE, given_failure, takes
+from study.options import FAILURE, check_varied, given_failure, takes
 from study.progress import Advance, stages
 
 Range3 = tuple[float, float, float]
@@ -53,6 +53,7 @@ def limits(
     from gtm_fmu.envelope import FlightCondition
     from study import survey_figures, surveys
 
+    check_varied(control, given)
     condition = FlightCondition(altitude_ft, gamma_deg, given_failure(given))
     with _picture(plot, "Highest speeds") as (advance, save):
         found = surveys.limit_surface(condition, control, step, advance)
@@ -76,6 +77,7 @@ def feasibility(
     from study import survey_figures, surveys
     from study.family_command import positions
 
+    check_varied(control, given)
     lattice = positions("altitudes in ft", *altitudes_ft), positions("gammas in deg", *gammas_deg)
     with _picture(plot, "Where an envelope exists") as (advance, save):
         found = surveys.feasibility_map(given_failure(given), control, step, *lattice, advance)

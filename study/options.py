@@ -6,6 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
+from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, Failure
 from gtm_fmu.inputs import LIMITED, QUANTITIES, EngineOut, failure, limit_columns
 
@@ -77,6 +78,17 @@ FAILURE: dict[str, Option] = {
     },
 }
 """Options that tell a failure."""
+
+
+def check_varied(control: str, given: Mapping[str, Any]) -> None:
+    """Refuse limits of a control that a command varies itself.
+
+    Raises:
+        InputError: they are given too.
+    """
+    label = LIMITED[control][0].label if control in LIMITED else None
+    if label and given[label] != FAILURE[label].default:
+        raise InputError(f"The {control} is varied; leave out its limits, or vary another control.")
 
 
 def given_failure(given: Mapping[str, Any]) -> Failure:
