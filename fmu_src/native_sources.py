@@ -17,7 +17,6 @@ HEADERS = {
 }
 """Headers of the standards, which FMPy carries under their own licence."""
 
-_KINDS = ("STATE", "DERIVATIVE", "INPUT", "OUTPUT", "PARAMETER", "TIME")
 _ARRAYS = {"STATES": "STATE", "DERIVATIVES": "DERIVATIVE", "INPUTS": "INPUT", "OUTPUTS": "OUTPUT"}
 
 

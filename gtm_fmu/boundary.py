@@ -55,9 +55,8 @@ class Boundary:
     """Closed polygons around the manoeuvres, each in pieces that begin where the one before ends.
 
     There are several where speeds have gaps; a hole is a polygon inside another; where two jams leave only a curve, one
-    piece is the curve. Parts narrower than a cell of the grid
-    (1 kn x 1 deg/s, of small envelopes a twelfth) may be missing or cut. The limits of a piece have the names of
-    `manoeuvre.limits_hit`.
+    piece is the curve. Parts narrower than a cell of the grid (1 kn x 1 deg/s, of small envelopes a twelfth) may be
+    missing or cut. The limits of a piece have the names of `manoeuvre.limits_hit`.
     """
 
     polygons: tuple[tuple[Piece, ...], ...]

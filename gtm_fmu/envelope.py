@@ -169,13 +169,13 @@ class FlightCondition:
         return inside
 
     def extremes(self) -> np.ndarray:
-        """Trim unknowns (n, 9) at V_min and V_max under the limits of this condition; none without an envelope."""
+        """Trim unknowns (n, 9 or 10) at V_min and V_max under these limits; none without an envelope."""
         ends = [self._extreme(self.limits.rudder_deg, goal) for goal in (_V_MIN, _V_MAX)]
         return np.array([end.y for end in ends if end.status == solver.TRIMMED]).reshape(-1, len(self._lower))
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bounds (9 each) of the trim unknowns, in the core's units."""
+        """Lower and upper bounds (9 or 10 each) of the trim unknowns, in the core's units."""
         return self._lower, self._upper
 
     def _trim(self, found: solver.Extreme, limits: ControlLimits) -> Trim | None:

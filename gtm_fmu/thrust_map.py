@@ -13,7 +13,7 @@ envelope is the union over the range, which the core finds exactly: wider limits
 import ctypes
 import json
 import zipfile
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -163,10 +163,6 @@ class ThrustMap:
         found = self.predict([[altitude_ft, gamma_deg, *limits_deg]])
         values = {name: column[0].item() for name, column in found._asdict().items()}
         return {name: None if value != value else value for name, value in values.items()}
-
-    def with_tolerances(self, **values: float) -> "ThrustMap":
-        """The same map with other tolerances."""
-        return replace(self, tolerances=self.tolerances._replace(**values))
 
     def _core(self) -> _CoreMap:
         arrays = (self.density_ratio, self.gamma_deg, self.deflection_deg, self.table)

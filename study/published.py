@@ -68,6 +68,3 @@ SECOND_ORDER_INDICES = {
     "v_min_kt": {"altitude_ft,gamma_deg": 0.0, "rudder_lower_deg,rudder_upper_deg": 0.1113},
 }
 """Table 15: ST less S, which the paper calls interaction; 0.0 is printed there as "≈ 0"."""
-
-MODEL_EVALUATIONS = 3_000_000
-"""Section IV-C: evaluations of the emulator for Table 15, in about 100 minutes."""

@@ -85,7 +85,8 @@ static inline void add_tail(const gtm_configuration *c, const double *K, positio
     enum { ELEVATOR = 6 };
     const int points = gtm_elevator_axis.points, plane = gtm_alpha_axis.points * gtm_beta_axis.points * points * 4;
     const position t = locate(&gtm_stabilizer_axis, c->stabilizer);
-    sample s, next;
+    const sample none = {{0}, {0}, {0}, {0}};
+    sample s = none, next = none; /* the vectorised sums read slopes that are not asked for */
     for (int k = 0; k < c->segments; k++) {
         const struct gtm_active_segment *segment = &c->segment[k];
         const position e = locate(&gtm_elevator_axis, segment->gain * K[ELEVATOR] + segment->offset);

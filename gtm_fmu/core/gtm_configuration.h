@@ -111,23 +111,38 @@ GTM_API void gtm_full_trim_jacobian_batch(const gtm_configuration *c, long n, co
 GTM_API void gtm_full_trim_state(const gtm_configuration *c, double altitude, double gamma,
                                  const double y[GTM_FULL_NT], double x[GTM_NX], double u[GTM_FULL_NU]);
 
-/* The solvers of gtm_core.h for any configuration (or the study's, c = 0): rows of y and of bounds have `unknowns`
-   entries, GTM_NT with one throttle for the engines that run, or GTM_FULL_NT with one each. A control that nothing
-   follows (its surfaces lost or jammed, its engine out) is held as near to zero as its bounds let it.
+/* Solvers for any configuration (or the study's, c = 0): rows of y and of bounds have `unknowns` entries, GTM_NT with one
+   throttle for the engines that run, or GTM_FULL_NT with one each. A control that nothing follows (its surfaces lost or
+   jammed, its engine out) is held as near to zero as its bounds let it. */
+
+/* The trim with the least |beta|; V and psi_dot are held by their bounds. Without a trim, `violation` (scaled units,
+   0 inside the bounds) and `residual` (largest acceleration) say how far away y is.
    Of trims with separate throttles and no sideslip, the one with the least difference between them is taken. */
 GTM_API int gtm_full_trim(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,
                           const double *upper, double *y, double *residual, double *violation);
 GTM_API void gtm_full_trim_batch(const gtm_configuration *c, int unknowns, long n, const double *altitude,
                                  const double *gamma, const double *lower, const double *upper, double *y,
                                  double *residual, double *violation, int *status);
+
+/* Cold trims with V, phi and rudder held, one for each of n rows of held (V, phi, rudder); returns how many converged;
+   their y are packed at the front. Bounds are not looked at. */
 GTM_API long gtm_full_cold_starts(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
                                   const double *held, double *y);
+
+/* The point of least objective.y inside the bounds, by sequential linear programming from each of n starts (rows of
+   y; a start should be near F = 0). The best is left in `best`. */
 GTM_API int gtm_full_extreme(const gtm_configuration *c, int unknowns, double altitude, double gamma,
                              const double *lower, const double *upper, const double *objective, long n,
                              const double *starts, double *best, double *violation);
+
+/* As gtm_envelope_end. */
 GTM_API int gtm_full_envelope_end(const gtm_configuration *c, int unknowns, double altitude, double gamma,
                                   const double *lower, const double *upper, const double *objective, double *best,
                                   double *violation);
+
+/* Trims (least |beta|) on a grid of speeds and turn rates, both rising: cells connected by a flood to the n seeds (rows
+   of y). Fills feasible[speeds*rates] and, where feasible, y[speeds*rates*unknowns]; returns their number, -1 without
+   memory. */
 GTM_API long gtm_full_grid(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,
                            const double *upper, long speeds, const double *speed, long rates, const double *rate,
                            long n, const double *seeds, unsigned char *feasible, double *y);

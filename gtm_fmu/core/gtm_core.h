@@ -48,9 +48,6 @@ GTM_API void gtm_outputs_batch(long n, const double *x, const double *u, double 
 GTM_API void gtm_jacobian_batch(long n, const double *x, const double *u, double *dx, double *jacobian);
 GTM_API void gtm_outputs_jacobian_batch(long n, const double *x, const double *u, double *y, double *jacobian);
 
-/* Coefficients C[6] and slopes T[6*9] of the aerodynamic tables at K[9] (see table.h). */
-GTM_API void gtm_aerodynamics(const double K[9], double C[6], double T[54]);
-
 /* Steady manoeuvres. y[9]: V alpha beta psi_dot phi elevator aileron rudder throttle (ft/s, rad, rad/s, deg, %), under
    bounds lower[9] <= y <= upper[9]; equal bounds hold an unknown. Angles and flight path gamma in rad, altitude in ft. */
 
@@ -64,36 +61,14 @@ enum gtm_trim_status {
     GTM_NO_TRIM = 2    /* no y with F(y) = 0 was found */
 };
 
-/* The trim with the least |beta|; V and psi_dot are held by their bounds. Without a trim, `violation` (scaled units,
-   0 inside the bounds) and `residual` (largest acceleration) say how far away y is. */
-GTM_API int gtm_trim(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
-                     double y[GTM_NT], double *residual, double *violation);
-GTM_API void gtm_trim_batch(long n, const double *altitude, const double *gamma, const double *lower,
-                            const double *upper, double *y, double *residual, double *violation, int *status);
-
-/* Cold trims with V, phi and rudder held, one for each of n rows of held (V, phi, rudder); returns how many converged;
-   their y are packed at the front. Bounds are not looked at. */
-GTM_API long gtm_cold_starts(double altitude, double gamma, long n, const double *held, double *y);
-
-/* The point of least objective.y inside the bounds, by sequential linear programming from each of n starts (rows of
-   y; a start should be near F = 0). The best is left in `best`. */
-GTM_API int gtm_extreme(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
-                        const double objective[GTM_NT], long n, const double *starts, double best[GTM_NT],
-                        double *violation);
-
 /* A range of the rudder is searched in pieces, each on its own: where the one ends that begins at `from`. */
 GTM_API double gtm_rudder_piece_end(double from, double upper);
 
-/* The same, sought from many starts over each piece of the rudder's range and then about the best: for V_min, V_max, the
-   least throttle. */
+/* The point of least objective.y inside the bounds, for V_min, V_max or the least throttle: sought from many starts over
+   each piece of the rudder's range and then about the best. Without one, `violation` (scaled units, 0 inside the bounds)
+   says how far away y is. */
 GTM_API int gtm_envelope_end(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
                              const double objective[GTM_NT], double best[GTM_NT], double *violation);
-
-/* Trims (least |beta|) on a grid of speeds and turn rates, both rising: cells connected by a flood to the n seeds (rows
-   of y). Fills feasible[speeds*rates] and, where feasible, y[speeds*rates*9]; returns their number, -1 without memory. */
-GTM_API long gtm_grid(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
-                      long speeds, const double *speed, long rates, const double *rate, long n, const double *seeds,
-                      unsigned char *feasible, double *y);
 
 /* States x[12] (latitude, longitude and psi zero) and controls u[4] of n steady manoeuvres y (rows). */
 GTM_API void gtm_trim_states(double altitude, double gamma, long n, const double *y, double *x, double *u);

@@ -111,8 +111,3 @@ void gtm_outputs_jacobian_batch(long n, const double *x, const double *u, double
     for (long i = 0; i < n; i++)
         gtm_outputs_jacobian(x + i * GTM_NX, u + i * GTM_NU, y + i * GTM_NY, jacobian + i * GTM_NY * GTM_NXU);
 }
-
-void gtm_aerodynamics(const double K[9], double C[6], double T[54])
-{
-    gtm_coefficients_and_slopes(K, C, T);
-}

@@ -143,41 +143,10 @@ long gtm_full_grid(const gtm_configuration *c, int unknowns, double altitude, do
     return gtm_find_grid(&p, b.lower, b.upper, speeds, speed, rates, rate, n, seeds, feasible, y);
 }
 
-int gtm_trim(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT], double y[GTM_NT],
-             double *residual, double *violation)
-{
-    const gtm_problem p = gtm_problem_at(0, GTM_NT, altitude, gamma);
-    return gtm_find_trim(&p, lower, upper, y, residual, violation);
-}
-
-void gtm_trim_batch(long n, const double *altitude, const double *gamma, const double *lower, const double *upper,
-                    double *y, double *residual, double *violation, int *status)
-{
-    gtm_full_trim_batch(0, GTM_NT, n, altitude, gamma, lower, upper, y, residual, violation, status);
-}
-
-long gtm_cold_starts(double altitude, double gamma, long n, const double *held, double *y)
-{
-    return gtm_full_cold_starts(0, GTM_NT, altitude, gamma, n, held, y);
-}
-
-int gtm_extreme(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
-                const double objective[GTM_NT], long n, const double *starts, double best[GTM_NT], double *violation)
-{
-    return gtm_full_extreme(0, GTM_NT, altitude, gamma, lower, upper, objective, n, starts, best, violation);
-}
-
 int gtm_envelope_end(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
                      const double objective[GTM_NT], double best[GTM_NT], double *violation)
 {
     return gtm_full_envelope_end(0, GTM_NT, altitude, gamma, lower, upper, objective, best, violation);
-}
-
-long gtm_grid(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT], long speeds,
-              const double *speed, long rates, const double *rate, long n, const double *seeds,
-              unsigned char *feasible, double *y)
-{
-    return gtm_full_grid(0, GTM_NT, altitude, gamma, lower, upper, speeds, speed, rates, rate, n, seeds, feasible, y);
 }
 
 void gtm_trim_states(double altitude, double gamma, long n, const double *y, double *x, double *u)
