@@ -4,7 +4,7 @@ import ctypes
 from operator import mul, truediv
 from pathlib import Path
 
-from .slave import platform_folder
+from .slave import TableSlave, platform_folder
 
 
 def load_core(resources: str, model: str) -> ctypes.CDLL:
@@ -27,10 +27,11 @@ def load_core(resources: str, model: str) -> ctypes.CDLL:
 class Buffer:
     """An argument of the core in its units: some variables and their amounts of SI in one of the core's units."""
 
-    def __init__(self, places: slice, names: list[str], scales: list[float]):
-        """Make room for the values."""
-        self.places, self.names, self.scales = places, names, scales
-        self.memory = (ctypes.c_double * len(scales))()
+    def __init__(self, slave: TableSlave, group: str):
+        """Make room for the values of a group of variables."""
+        self.places = slave.group(group)
+        self.names, self.scales = slave.names[self.places], slave.table["scales"][self.places]
+        self.memory = (ctypes.c_double * len(self.scales))()
         self.address = ctypes.c_void_p(ctypes.addressof(self.memory))
 
     def load(self, values: list[float]) -> None:

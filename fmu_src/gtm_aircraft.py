@@ -29,12 +29,8 @@ class GtmAircraft(TableSlave):
         self.core.gtm_simulation_memory_size.restype = ctypes.c_long
         self.memory = (ctypes.c_double * self.core.gtm_simulation_memory_size())()
         groups = ("states", "controls", "settings", "derivatives", "outputs")
-        self.x, self.u, self.p, self.dx, self.y = (self._buffer(group) for group in groups)
+        self.x, self.u, self.p, self.dx, self.y = (Buffer(self, group) for group in groups)
         self.substep = self.group("solver").start
-
-    def _buffer(self, group: str) -> Buffer:
-        places = self.group(group)
-        return Buffer(places, self.names[places], self.table["scales"][places])
 
     def _load(self) -> list[ctypes.c_void_p]:
         """States, inputs and settings into the core's buffers; where they and the memory are."""

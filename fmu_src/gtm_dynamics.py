@@ -28,13 +28,10 @@ class GtmDynamics(TableSlave):
         self.core = load_core(self.resources, "GtmDynamics")
         self.core.gtm_advance.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
         self.held: set[str] = set()
-        self.x, self.dx, self.u, self.y = map(self._buffer, ("states", "derivatives", "controls", "outputs"))
+        groups = ("states", "derivatives", "controls", "outputs")
+        self.x, self.dx, self.u, self.y = (Buffer(self, group) for group in groups)
         self.limits, solver = self.group("limits"), self.group("solver")
         self.substep = solver.start
-
-    def _buffer(self, group: str) -> Buffer:
-        places = self.group(group)
-        return Buffer(places, self.names[places], self.table["scales"][places])
 
     def _load(self) -> str | None:
         """States and held commands into the core's buffers."""

@@ -80,10 +80,12 @@ def load(path: Path) -> Any:
 
 
 def predict(
-    model_file: Annotated[Path | None, typer.Argument(metavar="[MODEL]", help="File of a model of your own.")] = None,
+    model_file: Annotated[Path | None, typer.Argument(metavar="MODEL", help="File of a model of your own.")] = None,
     altitude_ft: Annotated[float | None, typer.Option(help="Geometric altitude, 0 to 36089 ft.")] = None,
-    gamma_deg: Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")] = 0.0,
-    rudder_deg: Annotated[Pair, typer.Option(metavar="LOWER UPPER", help="Equal values are a jam.")] = (-30.0, 30.0),
+    gamma_deg: Annotated[float | None, typer.Option(help="Flight-path angle, in a climb positive; default 0.")] = None,
+    rudder_deg: Annotated[
+        Pair | None, typer.Option(metavar="LOWER UPPER", help="Equal values are a jam; default -30 30.")
+    ] = None,
     model: Annotated[Path | None, typer.Option(help="Folder of a study; default: the networks of the package.")] = None,
     thrust_map: Annotated[
         bool, typer.Option("--thrust-map", help="By the thrust map, the most exact emulator, not by networks.")
@@ -104,26 +106,27 @@ def predict(
             raise InputError("Missing option '--altitude-ft'; see `gtm-fmu predict --help`.")
         if at or data or output:
             raise InputError("--at, --data and --output are for a model of your own: give its file, or leave them out.")
+        case = altitude_ft, gamma_deg or 0.0, rudder_deg or (-30.0, 30.0)
         if thrust_map:
             if model is not None:
                 raise InputError(f"--model {model} is a folder of networks; leave it out with --thrust-map.")
             from gtm_fmu.thrust_map import ThrustMap
 
-            found = ThrustMap.load().predict_one(altitude_ft, gamma_deg, rudder_deg)
+            found = ThrustMap.load().predict_one(*case)
             show(found, as_json, "Envelope by the thrust map")
             return
         from study.emulator import RudderEmulator
 
-        envelope = RudderEmulator.load(model).predict(altitude_ft, gamma_deg, rudder_deg)
+        envelope = RudderEmulator.load(model).predict(*case)
         show(asdict(envelope), as_json, "Predicted envelope")
         return
-    if altitude_ft is not None or model is not None or thrust_map:
+    if thrust_map or any(value is not None for value in (altitude_ft, gamma_deg, rudder_deg, model)):
         given = f"Got unexpected extra argument ({model_file}) beside a flight condition"
         raise InputError(f"{given}: give the condition alone, or the file of a model and --at.")
     own = load(model_file)
-    if data is None:
+    if data is None and output is None:
         show(_predict_one(own, at or []), as_json, "Prediction")
-    elif at or output is None:
+    elif at or data is None or output is None:
         raise InputError("A table is predicted into another: give --data and --output, and no --at.")
     else:
         show({"output": str(output), "rows": _predict_table(own, data, output)}, as_json, "Predictions")
@@ -138,6 +141,8 @@ def _predict_one(model: Any, at: list[str]) -> dict[str, Any]:
             given[name] = float(value)
         except ValueError:
             raise InputError(f"--at was given as '{item}': give NAME=VALUE, for instance {names[0]}=1.") from None
+    if len(given) < len(at):
+        raise InputError(f"--at was given {len(at)} times for {len(given)} names: give each input once.")
     if given.keys() != set(names):
         raise InputError(f"--at gives {', '.join(given) or 'nothing'}: give one for each of {', '.join(names)}.")
     x = [given[name] for name in names]

@@ -41,6 +41,14 @@ def in_range(X: ArrayLike, ranges: Array) -> np.ndarray[Any, np.dtype[np.bool_]]
     return ((least <= np.asarray(X)) & (np.asarray(X) <= greatest)).all(axis=-1)
 
 
+def frozen_ranges(value: ArrayLike, n: int, name: str) -> Array:
+    """An unchangeable copy of least and greatest values (n, 2); ValueError unless each range is wider than 0."""
+    ranges = frozen_array(value, (n, 2), name)
+    if not (ranges[:, 0] < ranges[:, 1]).all():
+        raise ValueError(f"{name} must hold the least value of each variable, then a greater one.")
+    return ranges
+
+
 def frozen_array(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
     """An unchangeable copy; ValueError unless its numbers are finite and it has the shape."""
     copy = np.array(value, dtype=float)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from surrogate.evaluation import Variable, evaluate_by_blocks, frozen_array, in_range
+from surrogate.evaluation import Variable, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
 from surrogate.partitions import Partition, SplitTree
 from surrogate.scaling import Array, to_unit
 
@@ -68,9 +68,10 @@ class LocalModelNetwork:
             raise ValueError(f"terms of the network must be pairs of numbers from 0 to {d}.")
         terms.setflags(write=False)
         object.__setattr__(self, "terms", terms)
-        shapes = {"coefficients": (M, len(terms), m), "input_ranges": (d, 2), "target_ranges": (m, 2)}
-        for name, shape in shapes.items():
-            object.__setattr__(self, name, frozen_array(getattr(self, name), shape, f"{name} of the network"))
+        coefficients = frozen_array(self.coefficients, (M, len(terms), m), "coefficients of the network")
+        object.__setattr__(self, "coefficients", coefficients)
+        for name, n in {"input_ranges": d, "target_ranges": m}.items():
+            object.__setattr__(self, name, frozen_ranges(getattr(self, name), n, f"{name} of the network"))
         if self.partition.validity(np.zeros((1, d))).shape != (1, M):
             raise ValueError(f"the partition of the network does not divide {d} inputs.")
 

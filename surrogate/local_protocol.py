@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from surrogate.local_models import LocalModel, LocalModelNetwork
 from surrogate.local_training import Growth, LocalSettings
-from surrogate.protocol import Part, Split, mse_by_part, split_samples, squared_errors
+from surrogate.protocol import Rounds, Split, mse_by_part, split_samples, squared_errors
 from surrogate.scaling import Array
 from surrogate.training import Algorithm, checked_samples, train_local_models
 
@@ -35,33 +35,15 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class LocalSelection:
-    """All rounds of the protocol; errors are mean squares of targets mapped to [0, 1] (paper eq. 11)."""
+class LocalSelection(Rounds):
+    """Six networks a round and output (Algorithm 2); the errors are the best one's."""
 
-    X: Array
-    """All inputs (N, d)."""
-    Y: Array
-    """All targets (N, m)."""
-    split: Split
-    """Its test part is the validation data."""
     candidates: tuple[tuple[tuple[Candidate, ...], ...], ...]
     """By round, output, and the six pairs of algorithm and kind of local model."""
-    mse_by_output: dict[Part, Array]
-    """Of the best candidate of each round and output (rounds, m), by part of the data."""
-
-    @property
-    def mse(self) -> dict[Part, Array]:
-        """The same over all outputs (rounds,)."""
-        return {part: mse.mean(axis=1) for part, mse in self.mse_by_output.items()}
-
-    @property
-    def selected(self) -> int:
-        """Number, from 0, of the round with the least error on the independent part."""
-        return int(np.argmin(self.mse["independent"]))
 
     def best(self, j: int) -> tuple[Candidate, ...]:
-        """Of each output the candidate of round j with the least error on the validation data."""
-        return tuple(min(six, key=lambda candidate: candidate.validation_mse) for six in self.candidates[j])
+        """Of each output the candidate of round j with the least error on the validation data, the test part."""
+        return _best(self.candidates[j])
 
     def predict(self, X: ArrayLike) -> Array:
         """Outputs (..., m) of the selected round's networks."""
@@ -102,14 +84,17 @@ def select_local_models(
         if progress:
             progress(len(found), len(tasks))
     candidates = tuple(tuple(found[j * m : (j + 1) * m]) for j in range(rounds))
-    selection = LocalSelection(X, Y, split, candidates, {})
     squares = np.stack(
         [
-            np.hstack([squared_errors(c.network, X, Y[:, [o]]) for o, c in enumerate(selection.best(j))])
-            for j in range(rounds)
+            np.hstack([squared_errors(c.network, X, Y[:, [o]]) for o, c in enumerate(_best(sixes))])
+            for sixes in candidates
         ]
     )
-    return LocalSelection(X, Y, split, candidates, mse_by_part(squares, split))
+    return LocalSelection(X, Y, split, mse_by_part(squares, split), candidates)
+
+
+def _best(sixes: tuple[tuple[Candidate, ...], ...]) -> tuple[Candidate, ...]:
+    return tuple(min(six, key=lambda candidate: candidate.validation_mse) for six in sixes)
 
 
 def _six(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from surrogate.evaluation import Variable, evaluate_by_blocks, frozen_array, in_range
+from surrogate.evaluation import Variable, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
 from surrogate.scaling import Array, from_symmetric, to_symmetric
 
 
@@ -59,8 +60,8 @@ class Network:
 
         set_field("weights", tuple(checked(f"weights[{k}]", self.weights[k], s) for k, s in enumerate(layers)))
         set_field("biases", tuple(checked(f"biases[{k}]", self.biases[k], (s,)) for k, (s, _) in enumerate(layers)))
-        set_field("input_ranges", checked("input_ranges", self.input_ranges, (d, 2)))
-        set_field("target_ranges", checked("target_ranges", self.target_ranges, (m, 2)))
+        for name, n in {"input_ranges": d, "target_ranges": m}.items():
+            set_field(name, frozen_ranges(getattr(self, name), n, f"{name} of the network"))
         if self.posterior_factor is not None:
             P = parameter_count(sizes)
             set_field("posterior_factor", checked("posterior_factor", self.posterior_factor, (P, P)))
@@ -153,7 +154,7 @@ class Network:
             delta[..., None] * np.hstack([a_l, ones])[:, None, None]
             for delta, a_l in zip(self._sensitivities(a), a, strict=True)
         ]
-        return np.concatenate([part.reshape(*part.shape[:2], -1) for part in parts], axis=2)
+        return np.concatenate([part.reshape(*part.shape[:2], prod(part.shape[2:])) for part in parts], axis=2)
 
 
 def parameter_count(sizes: tuple[int, ...] | list[int]) -> int:

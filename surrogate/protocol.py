@@ -66,8 +66,8 @@ def _divide(rows: Rows, fraction: float, rng: np.random.Generator) -> tuple[Rows
 
 
 @dataclass(frozen=True, eq=False)
-class Selection:
-    """All rounds of the protocol and the network they led to.
+class Rounds:
+    """What all rounds of a protocol led to.
 
     Errors are mean squares over samples and outputs, of targets mapped to [0, 1] (paper eq. 11).
     """
@@ -77,10 +77,8 @@ class Selection:
     Y: Array
     """All targets (N, m)."""
     split: Split
-    networks: tuple[Network, ...]
-    histories: tuple[History, ...]
     mse_by_output: dict[Part, Array]
-    """Mean squared error of each network and output (rounds, m) by part of the data."""
+    """Mean squared error of each round and output (rounds, m) by part of the data."""
 
     @property
     def mse(self) -> dict[Part, Array]:
@@ -89,8 +87,16 @@ class Selection:
 
     @property
     def selected(self) -> int:
-        """Number, from 0, of the network with the least error on the independent part."""
+        """Number, from 0, of the round with the least error on the independent part."""
         return int(np.argmin(self.mse["independent"]))
+
+
+@dataclass(frozen=True, eq=False)
+class Selection(Rounds):
+    """A network a round (Algorithm 1)."""
+
+    networks: tuple[Network, ...]
+    histories: tuple[History, ...]
 
     @property
     def network(self) -> Network:
@@ -151,7 +157,7 @@ def select_network(
     )
     networks, histories = zip(*trained, strict=True)
     squares = np.stack([squared_errors(network, X, Y) for network in networks])
-    return Selection(X, Y, split, networks, histories, mse_by_part(squares, split))
+    return Selection(X, Y, split, mse_by_part(squares, split), networks, histories)
 
 
 def squared_errors(network: Network | LocalModelNetwork, X: Array, Y: Array) -> Array:

@@ -59,9 +59,9 @@ def _read(path: Path) -> Network | LocalModelNetwork:
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ValueError(f"cannot read the model file '{path}' ({error.strerror}): give another path.") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"'{path}' is not a model file or is damaged: save the model again.") from error
-    if not isinstance(document, dict) or document.get("format") not in FORMATS:
+    if not isinstance(document, dict) or document.get("format") not in [*FORMATS]:
         raise ValueError(f"'{path}' is a JSON file but holds no model: give a file that a model's `save` wrote.")
     if document.get("version") != VERSION:
         raise ValueError(f"'{path}' has the format version {document.get('version')}, but only {VERSION} can be read.")
@@ -73,7 +73,7 @@ def _read(path: Path) -> Network | LocalModelNetwork:
         if "partition" in content:
             content["partition"] = _partition(content["partition"])
         model: Network | LocalModelNetwork = FORMATS[document["format"]](inputs=inputs, outputs=outputs, **content)
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise ValueError(f"'{path}' holds a model that does not fit together ({error}): save it again.") from error
     return model
 
@@ -99,5 +99,5 @@ def _plain(value: Any) -> Any:
 
 
 def _checksum(content: dict[str, Any]) -> str:
-    canonical = json.dumps(content, sort_keys=True, allow_nan=False, separators=(",", ":"))
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()

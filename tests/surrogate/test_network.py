@@ -80,6 +80,7 @@ def test_many_samples_are_each_evaluated_as_if_alone(network):
         np.testing.assert_allclose(network.predict_std(X)[i], network.predict_std(X[i]), rtol=1e-12)
     assert network.predict(np.empty((0, 3))).shape == (0, 2)
     assert network.gradient(np.empty((0, 3))).shape == (0, 2, 3)
+    assert network.predict_std(np.empty((0, 3))).shape == (0, 2)
 
 
 def test_gradient_agrees_with_central_differences(network):
@@ -177,6 +178,7 @@ def test_wrong_inputs_are_refused(network, X, message):
         ({"weights": (np.full((4, 3), np.inf), np.zeros((2, 4)))}, r"weights\[0\] .* finite"),
         ({"posterior_factor": np.eye(4)}, r"posterior_factor .* \(26, 26\)"),
         ({"beta": 0.0}, "beta .* positive"),
+        ({"input_ranges": [[0.0, 1.0], [1.0, 1.0], [0.0, 1.0]]}, "input_ranges .* then a greater one"),
     ],
 )
 def test_a_network_that_does_not_fit_together_is_refused(shallow, change, message):

@@ -57,8 +57,11 @@ def test_every_changed_digit_is_noticed(saved, tmp_path):
         (b"\xff\xfe\x00garbage", "not a model file"),
         (b"[1, 2, 3]", "holds no model"),
         (b'{"format": "other", "version": 1}', "holds no model"),
+        (b'{"format": ["surrogate.Network"]}', "holds no model"),
+        (b"[" * 100_000, "not a model file"),
         (b'{"format": "surrogate.Network", "version": 1}', "format version 1"),
         (b'{"format": "surrogate.Network", "version": 2}', "checksum"),
+        (b'{"format": "surrogate.Network", "version": 2, "model": {"beta": NaN}}', "checksum"),
     ],
 )
 def test_foreign_files_are_refused(tmp_path, content, message):
