@@ -58,6 +58,8 @@ class _SurrogateRegressor(RegressorMixin, BaseEstimator):
         if not 0 < fraction < 1:
             raise ValueError(f"validation_fraction is {fraction:g}, but must be None or between 0 and 1.")
         size, order = max(1, round(fraction * n)), rng.permutation(n)
+        if size == n:
+            raise ValueError(f"validation_fraction {fraction:g} of {n} samples leaves none for training: lower it.")
         return np.sort(order[size:]), np.sort(order[:size])
 
     def __sklearn_tags__(self) -> Any:

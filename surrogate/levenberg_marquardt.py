@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, CancelledError, ThreadPoolExecutor, wait
 from dataclasses import dataclass, fields, replace
+from math import inf
 from typing import TYPE_CHECKING, Protocol
 
 from surrogate.bayesian_regularization import (
@@ -72,6 +73,20 @@ class Schedule:
     """Stop where the gradient of F is no longer than this."""
     max_fail: int = 6
     """Stop where this many epochs in a row have not lowered the error on the validation data, where there are any."""
+
+    def __post_init__(self) -> None:
+        """Refuse what would never end."""
+        allowed = {
+            "epochs": (self.epochs >= 0, "at least 0"),
+            "mu": (0 < self.mu < inf, "positive and finite"),
+            "mu_decrease": (0 < self.mu_decrease <= 1, "above 0 and at most 1"),
+            "mu_increase": (1 < self.mu_increase < inf, "above 1 and finite"),
+            "mu_max": (0 < self.mu_max < inf, "positive and finite"),
+            "max_fail": (self.max_fail >= 1, "at least 1"),
+        }
+        for name, (is_allowed, values) in allowed.items():
+            if not is_allowed:
+                raise ValueError(f"{name} is {getattr(self, name)}, but must be {values}.")
 
 
 PLAIN_SCHEDULE = Schedule(mu=0.001)

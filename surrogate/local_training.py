@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 
@@ -36,6 +36,16 @@ class LocalSettings:
     max_models: int = 50
     patience: int = 2
     """Stop after this many successive deteriorations of the criterion; the best network is kept (paper III-D)."""
+
+    def __post_init__(self) -> None:
+        """Refuse what would never end."""
+        if self.criterion not in get_args(Criterion):
+            raise ValueError(f"'{self.criterion}' is no criterion: choose {', '.join(get_args(Criterion))}.")
+        if not 0 < self.smoothness < np.inf:
+            raise ValueError(f"smoothness is {self.smoothness}, but must be positive and finite.")
+        for name in ("max_models", "patience"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} is {getattr(self, name)}, but must be at least 1.")
 
 
 class Samples:

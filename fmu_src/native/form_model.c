@@ -4,9 +4,6 @@
 #include "form.h"
 #include "model.h"
 
-/* What a value given in another unit may be off by, relative to the range of the training data. */
-#define ROUNDING 1e-9
-
 int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
 {
     (void)x, (void)values, (void)memory;

@@ -4,9 +4,6 @@
 
 #include "instance.h"
 
-/* What a bound or a communication point given by others may be off by, relative to one. */
-#define ROUNDING 1e-9
-
 /* Parts of the results, which are computed when they are asked for. */
 enum { RATES, RESULTS, LATER };
 

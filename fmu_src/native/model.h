@@ -12,6 +12,9 @@
 /* Length of an array that may be empty. */
 #define ROOM(n) ((n) > 0 ? (n) : 1)
 
+/* What a value or a communication point given by others may be off by, relative to one or to a range. */
+#define ROUNDING 1e-9
+
 /* Rows and columns of the Jacobian: derivatives and outputs, states and inputs. */
 enum { N_UNKNOWNS = N_STATES + N_OUTPUTS, N_KNOWNS = N_STATES + N_INPUTS };
 

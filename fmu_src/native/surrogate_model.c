@@ -10,9 +10,6 @@ enum { FAULT_REVERSED = 2 };
 
 enum { CASE = speeds_inputs, LOWEST = 0, HIGHEST = 1 };
 
-/* What a value given in another unit may be off by, relative to the range of the training data. */
-#define ROUNDING 1e-9
-
 /* Inputs and outputs by their places in u and y. */
 #define IN(name) ((name) - INPUTS)
 #define OUT(name) ((name) - OUTPUTS)

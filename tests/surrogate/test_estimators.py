@@ -98,7 +98,13 @@ def test_local_models_learn_friedmans_function(regressor, criterion):
     [
         (BayesianRegularizationRegressor(restarts=0), "at least 1"),
         (LevenbergMarquardtRegressor(validation_fraction=1.5), "between 0 and 1"),
+        (LevenbergMarquardtRegressor(validation_fraction=0.999), "leaves none for training"),
+        (LevenbergMarquardtRegressor(mu_increase=1.0), "mu_increase is 1.0, but must be above 1"),
+        (BayesianRegularizationRegressor(mu_max=float("inf")), "mu_max is inf"),
         (LolimotRegressor("cubic"), "choose 'linear'"),
+        (LolimotRegressor(criterion="bic"), "choose validation, aicc, size"),
+        (LolimotRegressor(max_models=0), "max_models is 0, but must be at least 1"),
+        (HilomotRegressor(smoothness=-1.0), "smoothness is -1.0, but must be positive"),
     ],
 )
 def test_wrong_parameters_are_refused(estimator, message):
