@@ -6,6 +6,7 @@ from pathlib import Path
 from setuptools import Extension, setup
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_ext import build_ext
+from setuptools.command.build_py import build_py
 
 ROOT = Path(__file__).parent
 CORE = ROOT / "gtm_fmu" / "core"
@@ -13,14 +14,26 @@ C_FLAGS = ["-std=c99", "-O3", "-fno-math-errno", "-g0", "-fvisibility=hidden"]
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
+def generate_sources() -> None:
+    sys.path.insert(0, str(ROOT))
+    from gtm_fmu.core.generate import generate
+
+    generate(CORE / "generated")
+
+
+class BuildPackages(build_py):
+    """The generated C comes with the package too: native FMUs are built from it."""
+
+    def run(self):
+        generate_sources()
+        super().run()
+
+
 class BuildCore(build_ext):
     """A shared library that no Python is linked into: FMUs load it with ctypes from any host."""
 
     def run(self):
-        sys.path.insert(0, str(ROOT))
-        from gtm_fmu.core.generate import generate
-
-        generate(CORE / "generated")
+        generate_sources()
         super().run()
 
     def build_extensions(self):
@@ -86,5 +99,5 @@ setup(
             extra_compile_args=[] if sys.platform == "win32" else C_FLAGS,
         )
     ],
-    cmdclass={"build_ext": BuildCore, "bdist_wheel": PlatformWheel},
+    cmdclass={"build_py": BuildPackages, "build_ext": BuildCore, "bdist_wheel": PlatformWheel},
 )
