@@ -27,6 +27,7 @@ _UNKNOWN = (PSI_DOT, V)
 _PER_UNIT = np.array([DEG_PER_RAD, 1.0 / FT_S_PER_KT])
 _STRAIGHT = 0.25  # of the tolerances
 _STEPS = np.array([1.0, 1.0])  # deg/s, kt, of the grid; finer where an envelope has few of them
+_CURVE_STEPS = (0.5, 1.0)
 _FEWEST = 12
 _FINEST = 1e-3  # of the steps
 _MOST_WINDOWS, _MOST_SHEETS, _MOST_HALVINGS = 12, 6, 12
@@ -126,20 +127,33 @@ class _Tracer:
             yield ring
 
     def curve(self, seeds: np.ndarray) -> Piece:
-        """Manoeuvres from the first seed to the last where they have no area: a branch of the curve of two jams."""
-        slowest, fastest = (_PER_UNIT[1] * seeds[[0, -1], V]).tolist()
-        objective = np.eye(len(seeds[0]))[THROTTLE]  # any will do: one manoeuvre is left at a speed
-        vertices = [self._vertex(seeds[0])]
-        for speed in np.linspace(slowest, fastest, int((fastest - slowest) / _STEPS[1]) + 2)[1:-1]:
+        """Manoeuvres where they have no area: the curve of two jams, from end to end.
+
+        It is followed along speed, or along turn rate where the curve turns back in speed: no limit holds an end there.
+        """
+        axis, ends = 1, [self._vertex(y) for y in seeds[[0, -1]]]
+        if not all(end.limits for end in ends):
+            axis, ends = 0, [self._vertex(y) for y in self._turning_most()]
+        held, unit = _UNKNOWN[axis], _PER_UNIT[axis]
+        objective = np.eye(len(seeds[0]))[THROTTLE]  # any will do: one manoeuvre is left there
+        first, last = (end.place[axis] for end in ends)
+        vertices = ends[:1]
+        for value in np.linspace(first, last, int(abs(last - first) / _CURVE_STEPS[axis]) + 2)[1:-1]:
             lower, upper = (bound.copy() for bound in self._condition.bounds)
-            lower[V] = upper[V] = speed / _PER_UNIT[1]
+            lower[held] = upper[held] = value / unit
             start = vertices[-1].y[None]
             best = solver.extreme(*self._at, lower, upper, objective, start, self._airframe)
             if best.status == solver.TRIMMED:
                 vertices.append(self._vertex(best.y))
-        vertices.append(self._vertex(seeds[-1]))
-        held = set.intersection(*(set(vertex.limits) for vertex in vertices))
-        return Piece(tuple(sorted(held)), *np.array([vertex.place for vertex in vertices]).T)
+        vertices.append(ends[-1])
+        common = set.intersection(*(set(vertex.limits) for vertex in vertices))
+        return Piece(tuple(sorted(common)), *np.array([vertex.place for vertex in vertices]).T)
+
+    def _turning_most(self) -> list[np.ndarray]:
+        """Manoeuvres of the least and of the greatest turn rate."""
+        bounds = self._condition.bounds
+        objective = np.eye(len(bounds[0]))[PSI_DOT]
+        return [solver.envelope_end(*self._at, *bounds, sign * objective, self._airframe).y for sign in (1.0, -1.0)]
 
     def _crossing(self, column: float, row: float) -> _Vertex:
         """Where the boundary crosses a line of the grid, between the two cells about a half of an index."""

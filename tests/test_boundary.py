@@ -175,16 +175,27 @@ def test_envelopes_with_horns_have_a_boundary_between_them():
             assert trim.feasible == is_feasible
 
 
-def test_two_jams_leave_a_curve():
-    condition = FlightCondition(10000, 0, ControlLimits((1.5, 1.5), rudder_deg=(5, 5)))
+@pytest.mark.parametrize(
+    "jams",
+    [
+        {"elevator_deg": (1.5, 1.5), "rudder_deg": (5, 5)},  # the load factor sets the speed: left and right turns
+        {"aileron_deg": (-5, -5), "rudder_deg": (5, 5)},
+    ],
+)
+def test_two_jams_leave_a_curve(jams):
+    condition = FlightCondition(10000, 0, ControlLimits(**jams))
     ((curve,),) = envelope_boundary(condition).polygons
     whole = condition.envelope()
-    assert curve.tas_kt[[0, -1]] == pytest.approx([whole.v_min_kt, whole.v_max_kt], abs=1e-6)
+    assert [curve.tas_kt.min(), curve.tas_kt.max()] == pytest.approx([whole.v_min_kt, whole.v_max_kt], abs=0.1)
     assert len(curve.tas_kt) > 10
-    for tas_kt, rate in zip(curve.tas_kt[1:-1], curve.turn_rate_deg_s[1:-1], strict=True):
-        free = steady.trim(10000, tas_kt, 0, rate, ControlLimits(rudder_deg=(5, 5)))  # of which the elevator follows
-        assert free.feasible
-        assert free.elevator_deg == pytest.approx(1.5, abs=1e-6)
+    name, (jam, _) = next(iter(jams.items()))
+    phi_deg = []
+    for tas_kt, rate in zip(curve.tas_kt, curve.turn_rate_deg_s, strict=True):
+        free = steady.trim(10000, tas_kt, 0, rate, ControlLimits(rudder_deg=(5, 5)))  # the other control follows
+        assert getattr(free, name) == pytest.approx(jam, abs=1e-5)
+        phi_deg.append(free.phi_deg)
+    if name == "elevator_deg":
+        assert [phi_deg[0], phi_deg[-1]] == pytest.approx([-30, 30], abs=1e-4)  # both ways as far as they may bank
 
 
 def test_an_envelope_of_one_speed_has_a_boundary_of_one_point():
