@@ -59,6 +59,11 @@ def train_model(
         models = train(samples, split, method, hidden, seed, device, progress)
     except ValueError as error:
         raise InputError(str(error)) from None
+    except (MemoryError, RuntimeError) as error:
+        if "memory" not in str(error):
+            raise
+        size = ",".join(map(str, hidden))
+        raise InputError(f"{splits} networks with {size} hidden neurons need too much memory: take fewer.") from None
     errors = [_squared_errors(model, samples) for model in models]
     best = int(np.argmin([error[split.independent].mean() for error in errors]))
     scores = {
@@ -77,7 +82,7 @@ def _check_torch(device: str) -> None:
     import torch
 
     try:
-        torch.empty(1, device=device)
+        torch.zeros(1, device=device).item()
     except (AssertionError, RuntimeError) as error:
         raise InputError(f"torch cannot use the device '{device}' ({str(error).splitlines()[0]}): take cpu.") from None
 

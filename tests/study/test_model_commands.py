@@ -146,6 +146,7 @@ class TestTrain:
             (["wing.csv", *COLUMNS, "--hidden", "4,x"], "give numbers of neurons"),
             (["wing.csv", *COLUMNS, "--splits", "0"], "--splits"),
             (["wing.csv", *COLUMNS, "--device", "abacus"], "torch cannot use the device 'abacus'"),
+            (["wing.csv", *COLUMNS, "--device", "meta"], "torch cannot use the device 'meta'"),
             (["wing.csv", *COLUMNS, "--method", "magic"], "--method"),
             (["absent.csv", *COLUMNS], "Cannot read .*No such file"),
             (["wing.txt", *COLUMNS], "give one ending in .csv, .parquet, .zarr"),
@@ -160,6 +161,15 @@ class TestTrain:
         assert (code, printed) == (2, "")
         assert pd.Series([error.splitlines()[-1]]).str.contains(sentence, regex=True).all(), error
         assert list(tmp_path.iterdir()) == []
+
+    def test_too_many_neurons_are_refused(self, folder, command, tmp_path, monkeypatch):
+        def greedy(*_, **__):
+            raise RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 1280006400008 bytes.")
+
+        monkeypatch.setattr("surrogate.train_networks", greedy, raising=False)
+        code, _, error = command("train", folder / "wing.csv", *COLUMNS, "--output", tmp_path / "m.json")
+        assert code == 2
+        assert "too much memory: take fewer" in error
 
 
 class TestPredict:
