@@ -64,6 +64,7 @@ setup(
             sources=[
                 "gtm_fmu/core/motion.c",
                 "gtm_fmu/core/table.c",
+                "gtm_fmu/core/condition.c",
                 "gtm_fmu/core/problem.c",
                 "gtm_fmu/core/cell.c",
                 "gtm_fmu/core/trim.c",
@@ -79,6 +80,7 @@ setup(
                 "gtm_fmu/core/full_table.c",
                 "gtm_fmu/core/simulation.c",
                 "gtm_fmu/core/generated/airframe.c",
+                "gtm_fmu/core/generated/atmosphere.c",
                 "gtm_fmu/core/generated/tables.c",
                 "gtm_fmu/core/generated/full_airframe.c",
                 "gtm_fmu/core/generated/full_tables.c",

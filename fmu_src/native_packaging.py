@@ -177,6 +177,24 @@ def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     return native.contents(surrogate_description(speeds, throttle), fmi, reference)
 
 
+def thrust_map_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
+    """GtmThrustMapNative in FMI 2.0 or GtmThrustMapNative3 in FMI 3.0, with the map that comes with the package."""
+    from fmu_src.envelope_variables import ENVELOPE_FAULTS
+    from fmu_src.map_variables import map_envelope, map_source, thrust_map_description
+    from gtm_fmu.thrust_map import ThrustMap
+
+    refuse_networks("thrust map", networks)
+    thrust_map = ThrustMap.load()
+    native = NativeModel(
+        faults=ENVELOPE_FAULTS,
+        native=("map_model.c", "stateless.c"),
+        core=("thrust_map.c", "condition.c", "generated/atmosphere.c"),
+        written=map_source(thrust_map),
+    )
+    reference = partial(reference_envelopes, find=map_envelope(thrust_map))
+    return native.contents(thrust_map_description(thrust_map), fmi, reference)
+
+
 def aircraft_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     """GtmAircraftNative in FMI 2.0 or GtmAircraftNative3 in FMI 3.0."""
     from fmu_src.aircraft_variables import aircraft_description
@@ -197,6 +215,7 @@ _MAKERS = {
     "aircraft": aircraft_contents,
     "envelope": envelope_contents,
     "surrogate": surrogate_contents,
+    "thrust-map": thrust_map_contents,
 }
 NATIVE_MODELS: dict[str, Callable[[Sequence[Path]], NativeContents]] = {
     f"{name}-native{'' if fmi == 2 else fmi}": partial(make, fmi) for name, make in _MAKERS.items() for fmi in (2, 3)

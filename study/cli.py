@@ -212,7 +212,8 @@ def build(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            help="dynamics, aircraft, envelope, surrogate; in C with -native (FMI 2.0), -native3 (FMI 3.0)."
+            help="dynamics, aircraft, envelope, surrogate; in C with -native (FMI 2.0), -native3 (FMI 3.0): "
+            "these and thrust-map-native."
         ),
     ] = None,
     output: Annotated[Path, typer.Option(help="Folder of the FMUs.")] = Path("build/fmu"),

@@ -28,8 +28,8 @@ from study.fmus import build_fmu  # noqa: E402
 from study.progress import stages  # noqa: E402
 
 FLIGHTS = {"with protection": True, "without protection": False}
-ENVELOPES = ("envelope-native", "envelope", "surrogate-native", "surrogate")
-"""What can tell V_min and V_max: the exact solver or the networks, in C or in Python."""
+ENVELOPES = ("envelope-native", "envelope", "surrogate-native", "surrogate", "thrust-map-native")
+"""What can tell V_min and V_max: the exact solver, the networks or the thrust map, in C or in Python."""
 PACKAGES = {"FMPy": "fmpy", "ecospy": "ecospy", "libcosimpy": "libcosimpy"}
 
 

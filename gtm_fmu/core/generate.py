@@ -38,7 +38,6 @@ def airframe_functions() -> list[ca.Function]:
     F = steady_manoeuvre.trim_residual(t, gamma, air, C, STUDY_MASS)
 
     altitude = ca.SX.sym("altitude")
-    at_altitude = atmosphere(altitude)
     steady_state = ca.vertcat(steady.velocity, steady.rates, 0, 0, altitude, t[4], steady.theta, 0)
 
     def total_slope(result, arguments, wrt):
@@ -54,8 +53,14 @@ def airframe_functions() -> list[ca.Function]:
         function("cas_trim_residual", [t, condition, C], [F]),
         function("cas_trim_jacobian", [t, condition, C, T.T], [F, total_slope(F, K_trim, t)]),
         function("cas_trim_state", [t, gamma, altitude], [steady_state]),
-        function("cas_atmosphere", [altitude], [at_altitude.density, at_altitude.pressure_ratio]),
     ]
+
+
+def atmosphere_function() -> ca.Function:
+    """Density and pressure ratio at an altitude, apart from the airframe: the thrust map needs no more."""
+    altitude = ca.SX.sym("altitude")
+    at_altitude = atmosphere(altitude)
+    return function("cas_atmosphere", [altitude], [at_altitude.density, at_altitude.pressure_ratio])
 
 
 def write_tables(folder: Path, tables: FoldedTables) -> None:
@@ -81,5 +86,6 @@ def generate(folder: Path) -> None:
     """Write all generated C into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     write_functions(folder, "airframe", airframe_functions())
+    write_functions(folder, "atmosphere", [atmosphere_function()])
     write_tables(folder, folded_tables())
     generate_full(folder)

@@ -9,13 +9,6 @@
 typedef const double *arguments[];
 typedef double *results[];
 
-gtm_condition gtm_condition_at(double altitude, double gamma)
-{
-    gtm_condition at = {gamma, 0, 0};
-    cas_atmosphere((arguments){&altitude}, (results){&at.density, &at.pressure_ratio}, 0, 0, 0);
-    return at;
-}
-
 /* Mark the controls that no surface and no running engine follows. */
 static void mark_dead(gtm_problem *p)
 {

@@ -69,6 +69,12 @@ def envelope_folders(envelope_fmus, tmp_path_factory) -> dict[int, Path]:
     return {fmi: Path(fmpy.extract(envelope_fmus[fmi], folder / str(fmi))) for fmi in (2, 3)}
 
 
+@pytest.fixture(scope="session")
+def thrust_map_fmus(built) -> dict[int, Path]:
+    """The thrust map FMUs by their FMI version."""
+    return {2: built("thrust-map-native"), 3: built("thrust-map-native3")}
+
+
 CASE = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
 CASE_RANGES = ((0.0, 30000.0), (-5.0, 5.0), (-30.0, 30.0), (-30.0, 30.0))
 

@@ -25,7 +25,9 @@ STEP_S, STEPS = 0.02, 100
 FLIGHT = ("control.elevator", 0.08, ("state.u", "state.w", "state.q", "state.altitude", "path.gamma"))
 LIMITS = ("gamma", 0.05, ("v_min", "v_max", "margin.slow", "margin.fast"))
 SIBLINGS = {"dynamics": FLIGHT, "aircraft": FLIGHT, "envelope": LIMITS, "surrogate": LIMITS}
+NATIVE_ONLY = {"thrust-map": LIMITS}
 CASES = {f"{name}{made}": case for name, case in SIBLINGS.items() for made in ("", "-native", "-native3")}
+CASES |= {f"{name}{made}": case for name, case in NATIVE_ONLY.items() for made in ("-native", "-native3")}
 """Input and its value from the start, outputs after `STEPS` steps, by the FMU's short name."""
 
 SELF_FAULT = "its own fault"
@@ -185,9 +187,10 @@ def expected_values(path: Path, case: tuple) -> np.ndarray:
 
 
 def expected_by_siblings(paths: Mapping[str, Path]) -> dict[str, np.ndarray]:
-    """What the FMU in Python of the same model gives, by the FMUs' short names."""
+    """What the FMU in Python of the same model gives, or else the native one of FMI 2.0, by the FMUs' short names."""
     siblings = {name: expected_values(paths[name], case) for name, case in SIBLINGS.items()}
-    return {name: siblings[name.partition("-")[0]] for name in CASES}
+    siblings |= {name: expected_values(paths[f"{name}-native"], case) for name, case in NATIVE_ONLY.items()}
+    return {name: siblings[name.partition("-native")[0]] for name in CASES}
 
 
 def verdicts(tool: str, paths: Mapping[str, Path], expected: Mapping[str, np.ndarray]) -> dict[str, str]:

@@ -68,6 +68,14 @@ class Session:
         assert status == OK, self.messages
         return values
 
+    def get_flags(self, *names) -> list[bool]:
+        kind = c_int if self.fmi == 2 else c_bool
+        values, n = (kind * len(names))(), c_size_t(len(names))
+        counts = (n,) if self.fmi == 3 else ()
+        asked = references([self.names[name] for name in names])
+        assert self.call("GetBoolean", asked, n, values, *counts) == OK, self.messages
+        return [bool(value) for value in values]
+
     def continuous(self, function: str, values) -> tuple[int, list[float]]:
         """A function of continuous states: ContinuousStates and such."""
         buffer = doubles(values)

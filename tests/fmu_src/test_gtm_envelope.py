@@ -42,14 +42,14 @@ def expected(case) -> np.ndarray:
     return FOUND[case]
 
 
-def test_interface_is_that_of_the_surrogate(envelope_fmus, surrogate_fmu):
+def test_interface_is_that_of_the_surrogate(envelope_fmus, thrust_map_fmus, surrogate_fmu):
     theirs = fmpy.read_model_description(surrogate_fmu).modelVariables
     attributes = ("name", "valueReference", "causality", "variability", "initial", "unit", "displayUnit")
     attributes += ("start", "min", "max", "nominal")
-    for path in envelope_fmus.values():
+    for path in (*envelope_fmus.values(), *thrust_map_fmus.values()):
         assert validate_fmu(str(path)) == []
         mine = fmpy.read_model_description(path).modelVariables
-        assert [variable.name for variable in mine[len(theirs) :]] in ([], ["time"])
+        assert [variable.name for variable in mine[len(theirs) :]] in ([], ["time"], ["fold", "time"])
         for ours, other in zip(mine, theirs, strict=False):
             for attribute in attributes:
                 assert getattr(ours, attribute) == getattr(other, attribute), (ours.name, attribute)
@@ -79,20 +79,20 @@ def test_same_values_in_model_exchange(envelope_session):
         np.testing.assert_allclose(np.array(got) / KN, expected(case)[:-1], rtol=0, atol=1e-9)
 
 
-def test_expected_results_that_travel_in_the_fmu(envelope_fmus, opened):
-    with zipfile.ZipFile(envelope_fmus[2]) as archive:
+@pytest.mark.parametrize("name", ["envelope-native", "thrust-map-native"])
+def test_expected_results_that_travel_in_the_fmu(name, built):
+    with zipfile.ZipFile(built(name)) as archive:
         tables = [
             list(csv.DictReader(io.StringIO(archive.read(f"extra/gtm-fmu/reference_{name}.csv").decode())))
             for name in ("input", "result")
         ]
-    fmu = opened[2]
-    fmu.reset()
-    for given, result in zip(*tables, strict=True):
-        inputs = [name for name in given if name != "time"]
-        fmu.set(inputs, [float(given[name]) for name in inputs])
-        names = [name for name in result if name not in ("time", "feasible")]
-        np.testing.assert_allclose(fmu.get(names), [float(result[name]) for name in names], rtol=1e-8)
-        assert fmu.get_boolean("feasible") is (result["feasible"] == "1")
+    with FmuClient(built(name)) as fmu:
+        for given, result in zip(*tables, strict=True):
+            inputs = [name for name in given if name != "time"]
+            fmu.set(inputs, [float(given[name]) for name in inputs])
+            names = [name for name in result if name not in ("time", "feasible")]
+            np.testing.assert_allclose(fmu.get(names), [float(result[name]) for name in names], rtol=1e-8)
+            assert fmu.get_boolean("feasible") is (result["feasible"] == "1")
 
 
 REVERSED = {"rudder.lower": 0.2, "rudder.upper": 0.1}

@@ -108,6 +108,11 @@ def expected_surrogates(own_answers, networks) -> np.ndarray:
     return own_answers("surrogate-native", ENVELOPES, networks[2])
 
 
+@pytest.fixture(scope="module")
+def expected_by_map(own_answers) -> np.ndarray:
+    return own_answers("thrust-map-native", ENVELOPES)
+
+
 def built_for(target: str, name: str, networks: list[Path], folder: Path, monkeypatch) -> Path:
     """The library of an FMU that is built for one platform only."""
     monkeypatch.setattr(compiler, "PLATFORMS", [p for p in compiler.PLATFORMS if p.target.startswith(target)])
@@ -180,7 +185,16 @@ class TestAllPlatforms:
         np.testing.assert_allclose(got, expected_surrogates, rtol=1e-12)
 
     def test_aarch64_under_qemu(
-        self, unpacked, hosts, expected, expected_envelopes, expected_surrogates, networks, tmp_path, monkeypatch
+        self,
+        unpacked,
+        hosts,
+        expected,
+        expected_envelopes,
+        expected_surrogates,
+        expected_by_map,
+        networks,
+        tmp_path,
+        monkeypatch,
     ):
         emulator = next((p for n in ("qemu-aarch64", "qemu-aarch64-static") if (p := shutil.which(n))), None)
         root = Path("/usr/aarch64-linux-gnu")
@@ -190,7 +204,11 @@ class TestAllPlatforms:
         host, place = [emulator, "-L", root, hosts / "host.aarch64"], Path("binaries", "aarch64-linux")
         got = answers(host, unpacked / place / "GtmDynamicsNative.so", FLIGHT)
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
-        others = (("envelope-native", [], expected_envelopes), ("surrogate-native", networks[2], expected_surrogates))
+        others = (
+            ("envelope-native", [], expected_envelopes),
+            ("surrogate-native", networks[2], expected_surrogates),
+            ("thrust-map-native", [], expected_by_map),
+        )
         for name, files, values in others:
             library = built_for("aarch64-linux", name, files, tmp_path, monkeypatch)
             np.testing.assert_allclose(answers(host, library, ENVELOPES), values, rtol=1e-12)

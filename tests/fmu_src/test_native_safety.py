@@ -19,6 +19,7 @@ STRINGS = {
     "aircraft-native": 200,
     "envelope-native3": 12,
     "surrogate-native3": 200,
+    "thrust-map-native3": 200,
 }
 """Random strings by model; an envelope takes some tenths of a second here."""
 

@@ -1,6 +1,5 @@
 """GtmSurrogateNative against the networks that it carries."""
 
-import ctypes
 from pathlib import Path
 
 import casadi as ca
@@ -49,11 +48,7 @@ def put(session, case: np.ndarray, tas_kt: float = 110.0) -> int:
 
 def flags(session) -> list[bool]:
     """feasible, in_domain."""
-    kind = ctypes.c_int if session.fmi == 2 else ctypes.c_bool
-    values, references = (kind * 2)(), (ctypes.c_uint * 2)(*(session.names[n] for n in ("feasible", "in_domain")))
-    counts = (ctypes.c_size_t(2),) if session.fmi == 3 else ()
-    assert session.call("GetBoolean", references, ctypes.c_size_t(2), values, *counts) == OK
-    return [bool(value) for value in values]
+    return session.get_flags("feasible", "in_domain")
 
 
 def test_fmpy_validation_is_clean(native_surrogates, fmi):

@@ -1,0 +1,49 @@
+/* V_min and V_max of a flight condition with a failed rudder, by the thrust map, and how far a speed is inside. */
+#include <math.h>
+#include <string.h>
+
+#include "map.h"
+#include "model.h"
+
+/* The fault after FAULT_NOT_FINITE. */
+enum { FAULT_REVERSED = 2 };
+
+enum { CASE = 4 };
+
+/* What a value given in another unit may be off by, relative to the range of the map. */
+#define ROUNDING 1e-9
+
+/* Inputs and outputs by their places in u and y. */
+#define IN(name) ((name) - INPUTS)
+#define OUT(name) ((name) - OUTPUTS)
+
+static int is_inside(const double given[CASE])
+{
+    for (int k = 0; k < CASE; k++) {
+        const double slack = ROUNDING * (model_upper[k] - model_lower[k]);
+        if (given[k] < model_lower[k] - slack || given[k] > model_upper[k] + slack) return 0;
+    }
+    return 1;
+}
+
+int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
+{
+    (void)x, (void)values, (void)memory;
+    if (u[IN(RUDDER_LOWER)] > u[IN(RUDDER_UPPER)]) return FAULT_REVERSED;
+    double asked[CASE];
+    memcpy(asked, u + IN(ALTITUDE), sizeof asked);
+    y[OUT(IN_DOMAIN)] = is_inside(asked);
+    for (int k = IN(RUDDER_LOWER); k <= IN(RUDDER_UPPER); k++) /* a rounding beyond the map's deflections */
+        asked[k] = fmin(fmax(asked[k], model_lower[k]), model_upper[k]);
+    gtm_map_envelope found;
+    gtm_map_envelopes(&map, 1, asked, &found);
+    y[OUT(V_MIN)] = found.v_min;
+    y[OUT(V_MAX)] = found.v_max;
+    y[OUT(V_MIN_STD)] = found.v_min_std;
+    y[OUT(V_MAX_STD)] = found.v_max_std;
+    y[OUT(FEASIBLE)] = found.spare_thrust >= 0;
+    y[OUT(MARGIN_SLOW)] = u[IN(TAS)] - found.v_min;
+    y[OUT(MARGIN_FAST)] = found.v_max - u[IN(TAS)];
+    y[OUT(FOLD)] = found.is_fold;
+    return 0;
+}

@@ -1,0 +1,127 @@
+"""GtmThrustMapNative against the thrust map in this process."""
+
+import math
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+
+from fmu_src import build
+from gtm_fmu.errors import InputError
+from gtm_fmu.thrust_map import ThrustMap
+from tests.fmu_src.conftest import sessions
+from tests.fmu_src.native_session import DISCARD, ERROR, OK
+
+SPEEDS = ("v_min", "v_max", "v_min_std", "v_max_std", "margin.slow", "margin.fast")
+FLAGS = ("feasible", "in_domain", "fold")
+SI = np.array([0.3048, *[math.pi / 180] * 3])
+KN = 0.3048 / 0.592487  # SPEC 1
+TAS_KT = 90.0
+
+
+@pytest.fixture(scope="module")
+def folders(thrust_map_fmus, tmp_path_factory) -> dict[int, Path]:
+    folder = tmp_path_factory.mktemp("unpacked")
+    return {fmi: Path(fmpy.extract(path, folder / str(fmi))) for fmi, path in thrust_map_fmus.items()}
+
+
+@pytest.fixture
+def start(fmi, folders):
+    yield from sessions(folders[fmi], fmi)
+
+
+@pytest.fixture(scope="module")
+def cases() -> np.ndarray:
+    """Jams and restrictions in SI, some outside the map, and cases just beside folds."""
+    rng = np.random.default_rng(5)
+    cases = rng.uniform((0, -6, -30, -30), (36089, 6, 30, 30), (5000, 4))
+    cases[::2, 3] = cases[::2, 2]
+    cases[:, 2:].sort(axis=1)
+    folds = np.flatnonzero(ThrustMap.load().predict(cases).fold)
+    return np.concatenate([cases[:300], cases[folds]]) * SI
+
+
+def asked(session, case) -> tuple[int, np.ndarray, list[bool]]:
+    """Status, speeds in kn and flags of a case."""
+    assert session.set(range(5), [*case, TAS_KT * KN]) == OK
+    status, speeds = session.get([session.names[name] for name in SPEEDS])
+    return status, np.array(speeds) / KN, session.get_flags(*FLAGS)
+
+
+@pytest.mark.parametrize("kind", ["cs", "me"])
+def test_values_are_those_of_the_map(start, kind, cases):
+    session = start(kind)
+    if kind == "me":
+        session.call("EnterContinuousTimeMode")
+    expected = ThrustMap.load().predict(cases / SI)
+    speeds = np.nan_to_num(np.column_stack(expected[:4]))
+    flags = np.column_stack([getattr(expected, name) for name in FLAGS])
+    assert {tuple(row) for row in flags[:, :2]} == {(a, b) for a in (False, True) for b in (False, True)}
+    assert flags[:, 2].sum() > 5
+    for k, case in enumerate(cases):
+        if kind == "cs":
+            assert session.step(0.1 * k, 0.1) == OK
+        status, got, got_flags = asked(session, case)
+        assert status == OK
+        wanted = [*speeds[k], TAS_KT - speeds[k, 0], speeds[k, 1] - TAS_KT]
+        np.testing.assert_allclose(got, wanted, rtol=1e-12, atol=1e-12)
+        assert got_flags == flags[k].tolist()
+
+
+def test_fmpy_validation_is_clean(thrust_map_fmus, fmi):
+    assert validate_fmu(str(thrust_map_fmus[fmi])) == []
+
+
+@pytest.mark.parametrize(("gamma_deg", "is_inside"), [(-5.0, True), (5.0, True), (5.001, False), (-45.0, False)])
+def test_domain(start, gamma_deg, is_inside):
+    status, speeds, flags = asked(start(), np.array([36089.0, gamma_deg, -30.0, 30.0]) * SI)
+    assert status == OK
+    assert np.isfinite(speeds).all()
+    assert flags[1] is is_inside
+
+
+@pytest.mark.parametrize("ends", [(-30, 30), (30, 30), (-30, -30)])
+def test_rounding_beyond_the_deflections(start, ends):
+    """A limit may be off by a rounding; the map ends where the rudder does."""
+    session = start()
+    case = np.array([8000.0, 1.0, *ends]) * SI
+    at_the_end = asked(session, case)
+    case[2:] += 5e-10 * np.sign(case[2:])
+    beyond = asked(session, case)
+    np.testing.assert_array_equal(beyond[1], at_the_end[1])
+    assert (beyond[0], beyond[2]) == (OK, at_the_end[2])
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("values", "sentence"),
+        [
+            ({"rudder__lower": 0.2, "rudder__upper": 0.1}, "rudder.lower is above rudder.upper"),
+            ({"altitude": math.nan}, "altitude was given as nan, allowed is 0 .. "),
+            ({"altitude": 12000.0}, "altitude was given as 12000, allowed is 0 .. "),
+            ({"gamma": -0.8}, "gamma was given as -0.8, allowed is "),
+            ({"rudder__upper": 0.53}, "rudder.upper was given as 0.53, allowed is "),
+            ({"tas": math.inf}, "tas was given as inf, allowed is "),
+        ],
+    )
+    def test_step_is_discarded(self, start, cases, values, sentence):
+        session = start()
+        assert session.step(0.0, 0.1) == OK
+        before = session.get_named(*SPEEDS)
+        session.set_named(**values)
+        assert session.step(0.1, 0.1) == DISCARD
+        assert sentence in " ".join(session.texts())
+        assert session.get([session.names[name] for name in SPEEDS]) == (DISCARD, before)
+        assert asked(session, cases[0])[0] == OK
+        assert session.step(0.1, 0.1) == OK
+
+    def test_no_partial_derivatives(self, start):
+        session = start("me")
+        assert session.directional([session.names["v_min"]], [session.names["gamma"]], [1.0])[0] == ERROR
+        assert session.texts() == ["The FMU has no partial derivatives."]
+
+    def test_networks_are_not_taken(self, tmp_path):
+        with pytest.raises(InputError, match="Networks were given for the thrust map FMU, which uses none"):
+            build("thrust-map-native", tmp_path, ["speeds.json"])
