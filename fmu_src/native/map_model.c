@@ -10,9 +10,6 @@ enum { FAULT_REVERSED = 2 };
 
 enum { CASE = 4 };
 
-/* What a value given in another unit may be off by, relative to the range of the map. */
-#define ROUNDING 1e-9
-
 /* Inputs and outputs by their places in u and y. */
 #define IN(name) ((name) - INPUTS)
 #define OUT(name) ((name) - OUTPUTS)
