@@ -59,7 +59,8 @@ def equilibrium(
         steady: names of the derivatives that vanish; default: all.
 
     Raises:
-        InputError: a name that is no state, input or derivative; reversed bounds; nothing free; nothing steady.
+        InputError: a name that is no state, input or derivative; reversed bounds, or not two; a variable both free and
+            held; nothing free; nothing steady.
         FmuError: the FMU refuses an evaluation.
     """
     names = fmu.states + fmu.controls
@@ -67,6 +68,9 @@ def equilibrium(
     columns = _places("state or input", free, names)
     values = fmu.get(names)
     values[_places("state or input", held or {}, names)] = list((held or {}).values())
+    for name, ends in free.items():
+        if np.shape(ends) != (2,) or name in (held or {}):
+            raise InputError(f"'{name}' is free: give it a lower and an upper bound, and do not hold it too.")
     lower, upper = np.array(list(free.values()), dtype=float).reshape(-1, 2).T
     if not (len(rows) and len(columns)) or not np.all(lower <= upper):
         raise InputError("An equilibrium needs a free variable and a steady derivative, and each lower bound first.")

@@ -77,6 +77,8 @@ class TestOscillator:
             ({"free": {"velocity": (0, 1)}, "held": {"weight": 1}}, "'weight' is no state or input"),
             ({"free": {"velocity": (1, 0)}}, "each lower bound first"),
             ({"free": {"velocity": (np.nan, 0)}}, "each lower bound first"),
+            ({"free": {"velocity": (0,)}}, "a lower and an upper bound"),
+            ({"free": {"velocity": (0, 1)}, "held": {"velocity": 1}}, "do not hold it too"),
             ({"free": {}}, "needs a free variable"),
             ({"free": {"velocity": (0, 1)}, "steady": []}, "and a steady derivative"),
         ],
