@@ -103,6 +103,7 @@ def dataset(
     from gtm_fmu.store import slices
     from study import paper_lattice
     from study.cli import show
+    from study.files import writable_folder
     from study.progress import stages
 
     chosen = (sampling, cases, seed, jam_share)
@@ -113,7 +114,7 @@ def dataset(
     else:
         table = paper_lattice.paper_lattice()
     if export:
-        check_export(export)
+        writable_folder(check_export(export).parent)
     started = time.monotonic()
     with stages(Console(stderr=True)) as stage, stage(f"Envelopes of {len(table)} cases") as advance:
         computed = compute(store, table, alpha_deg, phi_deg, workers=workers, scheduler=scheduler, progress=advance)

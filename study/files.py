@@ -48,10 +48,11 @@ def check_picture(path: Path) -> None:
     """Refuse the name of neither a picture nor a page, before anything is computed for it.
 
     Raises:
-        InputError: another ending.
+        InputError: another ending, or a folder that cannot be written.
     """
     if path.suffix not in (".png", ".html"):
         raise InputError(f"{path} ends in neither .png nor .html; name the picture or the page so.")
+    writable_folder(path.parent)
 
 
 def save_picture(path: Path, figure: "Callable[[], Figure]", page: Callable[[], str]) -> None:

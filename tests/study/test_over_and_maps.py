@@ -6,6 +6,7 @@ import pytest
 
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.failures import ControlLimits
+from study import surveys
 
 
 def test_envelopes_over_flight_path(ask, tmp_path):
@@ -80,3 +81,13 @@ def test_mistakes_are_one_sentence(ask, command, sentence, tmp_path, monkeypatch
     assert sentence in answer.err
     assert answer.err.count("gtm-fmu: ") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", ["map feasibility --plot {}/x.png", "dataset {}.zarr --cases 4 --export {}/x.csv"])
+def test_a_blocked_folder_is_refused_before_anything_is_computed(ask, command, tmp_path, monkeypatch):
+    monkeypatch.setattr(surveys, "feasibility_map", None)
+    (tmp_path / "file").touch()
+    answer = ask(command.replace("{}", str(tmp_path / "file")))
+    assert answer.code == 2
+    assert "choose a folder you may write to" in answer.err
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
