@@ -108,8 +108,8 @@ def run(folder: Path, only: str | None = None, console: Console | None = None) -
     jobs = _jobs(folder, truth)
     wanted = {key: job for key, job in jobs.items() if only is None or only.lower() in " ".join(key).lower()}
     if not wanted:
-        names = ", ".join(sorted({part for part, _ in jobs}))
-        raise InputError(f"No model is named like {only!r}; parts are {names}, names are in {RESULTS_FILE}.")
+        names = ", ".join(sorted({part for part, _ in jobs} | {name.split(",")[0] for _, name in jobs}))
+        raise InputError(f"No model is named like {only!r}: give some of {names}.")
     with stages(console or Console(stderr=True)) as stage:
         for (part, name), job in wanted.items():
             if name in results.get(part, {}):
