@@ -52,6 +52,8 @@ def train(
         raise InputError("No inputs or no outputs were given: name at least one column of each.")
     if not all(size.strip().isdecimal() and int(size) > 0 for size in hidden.split(",")):
         raise InputError(f"--hidden was given as '{hidden}': give numbers of neurons, as 10 or 20,20.")
+    if output.is_dir():
+        raise InputError(f"--output '{output}' is a folder: name a file in it.")
     writable_folder(output.parent)
     samples = read_samples(data, *columns)
     layers = tuple(int(size) for size in hidden.split(","))

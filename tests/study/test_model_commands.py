@@ -162,6 +162,11 @@ class TestTrain:
         assert pd.Series([error.splitlines()[-1]]).str.contains(sentence, regex=True).all(), error
         assert list(tmp_path.iterdir()) == []
 
+    def test_a_folder_is_no_file(self, folder, command, tmp_path):
+        code, _, error = command("train", folder / "wing.csv", *COLUMNS, "--output", tmp_path)
+        assert code == 2
+        assert "is a folder: name a file in it." in error
+
     def test_too_many_neurons_are_refused(self, folder, command, tmp_path, monkeypatch):
         def greedy(*_, **__):
             raise RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 1280006400008 bytes.")
