@@ -5,7 +5,7 @@
 A step is 0.01 s in two Runge-Kutta parts of 0.005 s, with all four controls set before and twelve states read after
 it, by the same ctypes calls for both FMUs. JSBSim steps its own 737 by `run()`, its only way to step, with 0.01 s. The
 floor of FMPy is the same pair of calls into a library whose functions only copy numbers. The overhead of the C wrapper
-is measured in C (fmu_overhead.c). A step of the envelope FMUs finds V_min and V_max of a new case. Times are processor
+is measured in C (fmu_overhead.c). A step of the envelope and of the thrust map FMUs finds V_min and V_max of a new case. Times are processor
 time, the best of several rounds; of the envelope, the median over the cases.
 """
 
@@ -180,9 +180,9 @@ def main() -> None:
         derivative = seconds_per_derivative(None, unpacked, 50_000)
         floor = seconds_per_derivative(stub_library(folder), unpacked, 50_000)
         alone, through = wrapper_nanoseconds(folder / "c")
-        envelopes = {name: build(name, folder) for name in ("envelope", "envelope-native")}
+        envelopes = {name: build(name, folder) for name in ("envelope", "envelope-native", "thrust-map-native")}
         found = {
-            f"{name.replace('-', '_')}_ms_per_{kind}": round(milliseconds_per_envelope(path, cases), 2)
+            f"{name.replace('-', '_')}_ms_per_{kind}": round(milliseconds_per_envelope(path, cases), 3)
             for name, path in envelopes.items()
             for kind, cases in envelope_cases().items()
         }

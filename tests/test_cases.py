@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 from scipy.stats import qmc
 
-from gtm_fmu import axes
+from gtm_fmu import axes, results
 from gtm_fmu.axes import choices, failure_levels, levels, limit_levels, limits_span, span
 from gtm_fmu.cases import CaseTable, Sampling
 from gtm_fmu.core.configuration import Configuration
@@ -309,3 +309,16 @@ class TestBadInput:
     def test_widest_ranges_are_taken(self):
         for control, (lower, upper) in zip(("elevator", "aileron", "rudder", "throttle"), WIDEST.values(), strict=True):
             assert axes.limits_span(control, lower, upper).dimensions == 2
+
+
+def test_paper_lattice_as_one_table():
+    """The same cases as the lattice in memory, in the same order."""
+    from gtm_fmu.dataset import lattice
+
+    kept = lattice((0.0, 20000.0), (3.0,), [(-10.0, -10.0), (-10.0, 0.0), (0.0, 0.0)])
+    table = CaseTable.lattice(
+        [levels("altitude", [0, 20000]), levels("gamma", [3]), failure_levels("rudder", [-10, 0])]
+    )
+    columns = results.evaluate(table.rows(0, len(table)))
+    for name in ("v_min", "v_max", "t_min"):
+        np.testing.assert_array_equal(kept[name].values.ravel(), columns[name])
