@@ -1,6 +1,7 @@
 """Build step of the compiled core: generate its C from the airframe, compile it into one plain shared library."""
 
 import sys
+from functools import cache
 from pathlib import Path
 
 from setuptools import Extension, setup
@@ -14,6 +15,7 @@ C_FLAGS = ["-std=c99", "-O3", "-fno-math-errno", "-g0", "-fvisibility=hidden"]
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
+@cache
 def generate_sources() -> None:
     sys.path.insert(0, str(ROOT))
     from gtm_fmu.core.generate import generate

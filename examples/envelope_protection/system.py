@@ -1,11 +1,12 @@
 """The co-simulation as an SSP 1.0 archive: aircraft, envelope and autopilot, how they are wired, how they start."""
 
-import math
 import zipfile
 from pathlib import Path
 
 import fmpy
 from lxml import etree
+
+from gtm_fmu.units import RAD_PER_DEG
 
 NAMESPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
@@ -13,7 +14,7 @@ NAMESPACES = {
     "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
 }
 STEP_S, STOP_S = 0.02, 130.0
-JAM_S, JAM_RAD = 30.0, 20 * math.pi / 180
+JAM_S, JAM_RAD = 30.0, 20 * RAD_PER_DEG
 CONNECTIONS = (
     # The envelope answers at once, so its answers leave before new questions arrive, whatever the tool does first.
     ("envelope.v_min", "autopilot.v_min"),

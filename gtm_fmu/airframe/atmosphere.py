@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import casadi as ca
 
+from gtm_fmu.units import M_PER_FT
+
 EARTH_RADIUS_FT = 20855531.5  # SPEC 1, R_a; the navigation equations use another one
-TROPOPAUSE_FT = 11000 / 0.3048
+TROPOPAUSE_FT = 11000 / M_PER_FT
 T0_DEGR = 288.15 * 1.8
-LAPSE_DEGR_PER_FT = -6.5 * 1.8 / (1000 / 0.3048)
+LAPSE_DEGR_PER_FT = -6.5 * 1.8 / (1000 / M_PER_FT)
 GAS_CONSTANT = 1716.55915670803  # ft^2/(s^2 degR)
 PRESSURE_0_PSF = 2116.22
 DENSITY_0 = 0.0023769  # slug/ft^3, reference of the density ratio

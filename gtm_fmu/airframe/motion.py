@@ -10,9 +10,9 @@ from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
 from gtm_fmu.airframe.engines import Engine, both_engines, engine_loads
 from gtm_fmu.airframe.mass import MassProperties
-from gtm_fmu.units import DEG_PER_RAD
+from gtm_fmu.units import DEG_PER_RAD, M_PER_FT
 
-NAVIGATION_RADIUS_FT = 6.37043246e6 / 0.3048  # SPEC 1, R_e
+NAVIGATION_RADIUS_FT = 6.37043246e6 / M_PER_FT  # SPEC 1, R_e
 LOAD_FACTOR_G = 32.174  # ft/s^2, of the accelerometer readings only (SPEC 8)
 
 
