@@ -81,6 +81,9 @@ def write_build_description(model: ModelDescription) -> bytes:
     files = etree.SubElement(configuration, "SourceFileSet", language="C99")
     for name in model.implementation.sources:
         etree.SubElement(files, "SourceFile", name=name)
+    shared = "For a shared library. Without it the names of all functions begin with the model identifier."
+    definition = {"name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "optional": True, "description": shared}
+    etree.SubElement(files, "PreprocessorDefinition", attributes(definition))
     etree.SubElement(configuration, "Library", name="m", external="true", description="Mathematics of the C library")
     return document(root)
 

@@ -15,7 +15,14 @@ from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.fmi3_xml import write_build_description, write_fmi3, write_terminals_and_icons
 from fmu_src.gtm_aircraft import ALL_FAULTS
 from fmu_src.icon import icon_png
-from fmu_src.native_sources import core_files, header_licence, source_files, variable_table
+from fmu_src.native_sources import (
+    core_files,
+    header_licence,
+    source_files,
+    standard_headers,
+    variable_table,
+    with_prefix,
+)
 from fmu_src.native_variables import DYNAMICS_FAULTS, DYNAMICS_USAGE, TOLERANCE, native_description
 from fmu_src.reference_results import reference_envelopes, reference_flight, reference_simulation
 from gtm_fmu.core.simulation import memory_size
@@ -50,14 +57,21 @@ class NativeContents:
         return content_id(self.sources | variable_table(self.model, self.faults, "") | self.extra | description)
 
     def all_sources(self) -> dict[str, bytes]:
-        """The C files with the table of variables."""
+        """The C files of a shared library, with the standard's headers."""
+        return self._own_sources() | standard_headers(self.model.implementation.fmi)
+
+    def shipped_sources(self) -> dict[str, bytes]:
+        """The C files of the folder ``sources``: with a prefix, and without the headers, which are the importer's."""
+        return with_prefix(self._own_sources(), self.model.name, self.model.implementation.fmi)
+
+    def _own_sources(self) -> dict[str, bytes]:
         return self.sources | variable_table(self.model, self.faults, self.token())
 
     def members(self, all_platforms: bool, progress: Callable[[int, int], None] | None = None) -> dict[str, bytes]:
         """Files of the FMU by their paths."""
         model, fmi, sources = self.model, self.model.implementation.fmi, self.all_sources()
         built = all_binaries(model.name, sources, fmi, progress) if all_platforms else host_binary(model.name, sources)
-        members = {f"sources/{path}": content for path, content in sources.items()} | self.extra
+        members = {f"sources/{path}": content for path, content in self.shipped_sources().items()} | self.extra
         members |= {_binary_path(platform, model.name, fmi): content for platform, content in built.items()}
         platforms = [platform.folder(fmi) or "" for platform in built]
         licences = {"FMI-headers-LICENSE.txt": header_licence()}

@@ -1,5 +1,7 @@
-"""C sources of a native FMU: wrapper, model, core, and the table of variables written from the description."""
+"""C sources of a native FMU: wrapper, model, core, the table of variables, and the prefix of all names."""
 
+import posixpath
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -52,8 +54,49 @@ def source_files(native: Sequence[str], core: Sequence[str], fmi: int) -> dict[s
         sources = {name: (CORE / name).read_bytes() for name in (*headers, *core)}
     except FileNotFoundError as error:
         raise InputError(f"There is no '{error.filename}': install the package first, with `pip install .`.") from error
-    sources |= {name: (NATIVE / name).read_bytes() for name in (*native, f"fmi{fmi}.c")}
-    return sources | standard_headers(fmi)
+    return sources | {name: (NATIVE / name).read_bytes() for name in (*native, f"fmi{fmi}.c")}
+
+
+PREFIX = "prefix.h"
+_DEFINITION = re.compile(r"^(?!(?:static|extern|typedef)\b)(?:\w+[ *]+)+(\w+) *[(\[=]", re.MULTILINE)
+"""A function or array of C at the margin, where it is no type's; the group is its name."""
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_OF_CASADI = re.compile(r"^#define (\w+) CASADI_PREFIX\((\w+)\)", re.MULTILINE)
+
+
+def with_prefix(sources: dict[str, bytes], name: str, fmi: int) -> dict[str, bytes]:
+    """Sources that share no external name with those of another FMU, so that one program can hold both.
+
+    Each file includes prefix.h first. It asks for the prefix of the functions of FMI as the standard says (FMI 2.0.5,
+    2.1.1; FMI 3.0, 2.6) and renames all else that a linker would see.
+
+    Args:
+        name: model identifier.
+    """
+    found = sorted({given for path, text in sources.items() if path.endswith(".c") for given in _defined(path, text)})
+    prefix = f"FMI{fmi}_FUNCTION_PREFIX"
+    header = (
+        "/* Written when the FMU is built. Included first by every file: no name is shared with another FMU of the\n"
+        f"   same program. A shared library is compiled with FMI{fmi}_OVERRIDE_FUNCTION_PREFIX. */\n"
+        "#ifndef PREFIX_H\n#define PREFIX_H\n\n"
+        f"#if !defined(FMI{fmi}_OVERRIDE_FUNCTION_PREFIX) && !defined({prefix})\n#define {prefix} {name}_\n#endif\n\n"
+        + "".join(f"#define {given} {name}_{given}\n" for given in found)
+        + "\n#endif\n"
+    )
+    changed = {
+        path: f'#include "{posixpath.relpath(PREFIX, posixpath.dirname(path) or ".")}"\n'.encode() + text
+        for path, text in sources.items()
+        if path.endswith(".c")
+    }
+    return sources | changed | {PREFIX: header.encode()}
+
+
+def _defined(path: str, text: bytes) -> set[str]:
+    """External names that a C file defines, those of FMI aside, which its headers rename."""
+    code = _COMMENT.sub("", text.decode())
+    stem = posixpath.splitext(posixpath.basename(path))[0]
+    by_macro = {macro: f"{stem}_{own}" for macro, own in _OF_CASADI.findall(code)}
+    return {by_macro.get(name, name) for name in _DEFINITION.findall(code) if not name.startswith("fmi")}
 
 
 def kind(variable: Variable, states: set[str]) -> str:

@@ -118,7 +118,8 @@ def _surface_definitions() -> list[str]:
     return [
         f"const gtm_panel gtm_panels[GTM_PANELS] = {_initializer(panels)};\n",
         f"const gtm_drive gtm_drives[GTM_COMMANDED] = {_initializer(drives)};\n",
-        f"const double gtm_elevator_part = {ELEVATOR_PART}, gtm_elevator_arm[GTM_SEGMENTS] = {_initializer(arms)};\n",
+        f"const double gtm_elevator_part = {ELEVATOR_PART};\n",
+        f"const double gtm_elevator_arm[GTM_SEGMENTS] = {_initializer(arms)};\n",
         f"const unsigned char gtm_has_surface[GTM_DAMAGE_CASES][GTM_AERODYNAMIC] = {_initializer(has)};\n",
     ]
 
@@ -127,7 +128,8 @@ def _range_definitions(tables: FullTables) -> list[str]:
     """C of the ranges of a configuration and of the damaged rate tables."""
     return [
         *(f"const gtm_range gtm_{name}_range = {_initializer(ends)};\n" for name, ends in RANGES.items()),
-        f"const double gtm_default_runway = {RUNWAY_ALTITUDE_FT}, gtm_fastest_servo = {actuators.RATE_LIMIT_DEG_S};\n",
+        f"const double gtm_default_runway = {RUNWAY_ALTITUDE_FT};\n",
+        f"const double gtm_fastest_servo = {actuators.RATE_LIMIT_DEG_S};\n",
         f"const gtm_range gtm_servo_range[] = {_initializer(map(_initializer, actuators.SERVOS.values()))};\n",
         f"const gtm_range gtm_rate_alpha[GTM_RATES] = {_initializer(map(_initializer, tables.rate_alpha))};\n",
     ]
