@@ -26,7 +26,7 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
 {
     ALLOW(ANY_MODE);
-    DONE(instance_set_logging(c, loggingOn != fmi2False, nCategories, categories));
+    DONE(instance_set_logging(c, loggingOn != fmi2False, true, nCategories, categories));
 }
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,

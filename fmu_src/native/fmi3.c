@@ -11,7 +11,8 @@
 
 #define DONE(call) return (fmi3Status)(call)
 
-enum { SETTABLE = INSTANTIATED | INITIALIZATION | INITIALIZED };
+/* In Instantiated, start values (FMI 3.0, 2.3.2). */
+enum { GETTABLE = INSTANTIATED | READABLE, SETTABLE = INSTANTIATED | INITIALIZATION | INITIALIZED };
 
 static void log_message(const Instance *i, Status status, const char *category, const char *message)
 {
@@ -26,7 +27,7 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, siz
                                const fmi3String categories[])
 {
     ALLOW(ANY_MODE);
-    DONE(instance_set_logging(instance, loggingOn, nCategories, categories));
+    DONE(instance_set_logging(instance, loggingOn, false, nCategories, categories));
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
@@ -125,7 +126,7 @@ static bool has_other_count(fmi3Instance instance, size_t references, size_t val
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Float64 values[], size_t nValues)
 {
-    ALLOW(READABLE);
+    ALLOW(GETTABLE);
     if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
     DONE(instance_get(instance, false, valueReferences, nValueReferences, values));
 }
@@ -141,7 +142,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Boolean values[], size_t nValues)
 {
-    ALLOW(READABLE);
+    ALLOW(GETTABLE);
     if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
     DONE(instance_get_booleans(instance, valueReferences, nValueReferences, values));
 }
@@ -171,7 +172,7 @@ static fmi3Status none(fmi3Instance instance, size_t n, const char *what)
     }
 
 #define NO_TYPE(Type)                          \
-    NO_VARIABLES(Get, Type, , READABLE)        \
+    NO_VARIABLES(Get, Type, , GETTABLE)        \
     NO_VARIABLES(Set, Type, const, SETTABLE)
 
 NO_TYPE(Float32)
@@ -198,9 +199,9 @@ NO_TYPE(String)
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #endif
-NOTHING(fmi3GetBinary, "Binary variables", READABLE, size_t sizes[], fmi3Binary values[], size_t nValues)
+NOTHING(fmi3GetBinary, "Binary variables", GETTABLE, size_t sizes[], fmi3Binary values[], size_t nValues)
 NOTHING(fmi3SetBinary, "Binary variables", SETTABLE, const size_t sizes[], const fmi3Binary values[], size_t nValues)
-NOTHING(fmi3GetClock, "clocks", READABLE, fmi3Clock values[])
+NOTHING(fmi3GetClock, "clocks", GETTABLE, fmi3Clock values[])
 NOTHING(fmi3SetClock, "clocks", SETTABLE, const fmi3Clock values[])
 NOTHING(fmi3GetIntervalDecimal, "clocks", READABLE, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
 NOTHING(fmi3GetIntervalFraction, "clocks", READABLE, fmi3UInt64 counters[], fmi3UInt64 resolutions[],

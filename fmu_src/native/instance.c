@@ -8,17 +8,35 @@
 
 enum { MESSAGE_SIZE = 512 };
 
-/* LogCategories of the model description, by status; the first is for all. */
-static const char *const CATEGORIES[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError"};
-enum { N_CATEGORIES = 4, ALL = 1 };
+/* LogCategories of the model description, by status; the first stands for all of them. */
+static const char *const CATEGORIES[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
+                                         "logStatusFatal"};
+enum { N_CATEGORIES = sizeof CATEGORIES / sizeof *CATEGORIES, ALL = (1 << N_CATEGORIES) - 1 };
 
-/* Messages may be format strings to an importer, so they hold no percent sign. Errors are always told. */
+/* Bytes of the character of UTF-8 at c; 0 if it is cut or none. */
+static int character_size(const char *c)
+{
+    const unsigned char first = (unsigned char)*c;
+    const int size = first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : first < 0xF5 ? 4 : 0;
+    for (int k = 1; k < size; k++)
+        if (((unsigned char)c[k] & 0xC0) != 0x80) return 0;
+    return size;
+}
+
+/* Errors are always told. A message may be a format string to an importer, so it holds no percent sign; # is the
+   standards' escape character and is doubled; what is not UTF-8 is left out. */
 static void vsay(const Instance *i, Status status, const char *format, va_list arguments)
 {
-    if (!(i->logged & (ALL | 1u << status)) && status != ERROR) return;
-    char message[MESSAGE_SIZE];
-    vsnprintf(message, sizeof message, format, arguments);
-    for (char *c = message; (c = strchr(c, '%'));) *c = '_';
+    if (!(i->logged & 1u << status) && status != ERROR) return;
+    char text[MESSAGE_SIZE], message[2 * MESSAGE_SIZE], *end = message;
+    vsnprintf(text, sizeof text, format, arguments);
+    for (const char *c = text; *c;) {
+        const int size = character_size(c);
+        if (*c == '#') *end++ = '#';
+        for (int k = 0; k < size; k++) *end++ = c[k] == '%' ? '_' : c[k];
+        c += size ? size : 1;
+    }
+    *end = '\0';
     i->logger(i, status, CATEGORIES[status], message);
 }
 
@@ -120,18 +138,19 @@ bool instance_allows(const Instance *i, const char *function, unsigned modes)
     return true;
 }
 
-Status instance_set_logging(Instance *i, bool is_on, size_t n, const char *const categories[])
+Status instance_set_logging(Instance *i, bool is_on, bool is_exclusive, size_t n, const char *const categories[])
 {
     if (instance_is_missing(i, n, categories)) return ERROR;
-    unsigned logged = n ? 0 : ALL;
+    unsigned named = n ? 0 : ALL;
     for (size_t k = 0; k < n; k++) {
         unsigned category = 0;
         while (category < N_CATEGORIES && !(categories[k] && !strcmp(categories[k], CATEGORIES[category]))) category++;
         if (category == N_CATEGORIES)
             return instance_refuse(i, "There is no log category %.80s.", categories[k] ? categories[k] : "(null)");
-        logged |= 1u << category;
+        named |= category ? 1u << category : ALL;
     }
-    i->logged = is_on ? logged : 0;
+    const unsigned others = is_exclusive ? 0 : i->logged & ~named;
+    i->logged = others | (is_on ? named : 0);
     return OK;
 }
 

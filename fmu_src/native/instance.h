@@ -60,7 +60,8 @@ void instance_free(Instance *);
 bool instance_allows(const Instance *, const char *function, unsigned modes);
 Status instance_refuse(const Instance *, const char *format, ...);
 
-Status instance_set_logging(Instance *, bool is_on, size_t n, const char *const categories[]);
+/* Switch the named log categories on or off, all of them for n = 0; an exclusive call switches all others off. */
+Status instance_set_logging(Instance *, bool is_on, bool is_exclusive, size_t n, const char *const categories[]);
 Status instance_set_times(Instance *, double start, bool has_stop, double stop);
 Status instance_reset(Instance *);
 Status instance_initialize(Instance *);

@@ -24,9 +24,23 @@ bool instance_is_allowed(const Variable *variable, double value)
 
 static Status worse(Status a, Status b) { return a > b ? a : b; }
 
+/* Whether all variables have start values; logs if not. */
+static bool have_starts(const Instance *i, const unsigned references[], size_t n)
+{
+    for (size_t k = 0; k < n; k++) {
+        const Variable *variable = model_variables + references[k];
+        if (variable->kind == DERIVATIVE || variable->kind == OUTPUT) {
+            instance_refuse(i, "%s has no start value: it is computed from Initialization Mode on.", variable->name);
+            return false;
+        }
+    }
+    return true;
+}
+
 Status instance_get(Instance *i, bool is_boolean, const unsigned references[], size_t n, double values[])
 {
     if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values) || !instance_is_known(i, is_boolean, references, n)) return ERROR;
+    if (i->now.mode == INSTANTIATED && !have_starts(i, references, n)) return ERROR;
     Status status = OK;
     for (size_t k = 0; k < n; k++) {
         const Kind kind = model_variables[references[k]].kind;

@@ -49,6 +49,8 @@ MODES = {
     "terminated": ("me", (*READY, "terminate"), READ_STATES),
 }
 """Kind of instance, the way to the mode, what the standards allow there."""
+ALLOWED_IN_ONE = ((2, "event", "event mode"), (3, "instantiated", "get"))
+"""What only one version allows (FMI 2.0.5, 3.2.3; FMI 3.0, 2.3.2)."""
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -58,7 +60,7 @@ def test_call_in_mode(start, fmi, mode, name):
     session = start(kind, is_initialized=False)
     for step in path:
         assert CALLS[step](session) == OK
-    is_allowed = name in allowed or (fmi, mode, name) == (2, "event", "event mode")
+    is_allowed = name in allowed or (fmi, mode, name) in ALLOWED_IN_ONE
     assert CALLS[name](session) == (OK if is_allowed else ERROR)
     texts = session.texts()
     assert is_allowed == (texts == [])
@@ -262,19 +264,83 @@ class TestTime:
         assert session.call("SetTime", c_double(math.inf)) == ERROR
 
 
+def test_start_values_in_instantiated(start, fmi):
+    """FMI 3.0, 2.3.2, table of the state Instantiated: "Get variable start values"; FMI 2.0 forbids the call."""
+    if fmi == 2:
+        return
+    session = start(is_initialized=False)
+    names = list(session.starts)
+    assert session.get_named(*names) == [session.starts[name] for name in names]
+    assert session.set_named(control__rudder=0.1) == OK
+    assert session.get_named("control.rudder") == [0.1]
+    assert session.get([session.names["air.tas"]])[0] == ERROR
+    assert session.texts() == ["air.tas has no start value: it is computed from Initialization Mode on."]
+    assert session.enter_initialization() == OK
+    assert session.get_named("air.tas") == [pytest.approx(164.14225 * 0.3048)]
+
+
 class TestLog:
+    def switch(self, session, is_on, *categories):
+        names = (ctypes.c_char_p * len(categories))(*(category.encode() for category in categories))
+        return session.call("SetDebugLogging", c_bool(is_on), c_size_t(len(categories)), names)
+
+    def statuses(self, session):
+        """Of the messages of a command outside its limits and of a refused value; each is told anew."""
+        session.set_named(control__rudder=0.0)
+        session.step(session.time, 0.01)
+        session.set_named(control__rudder=1.0)
+        session.step(session.time + 0.01, 0.01)
+        session.time += 0.02
+        session.set_named(control__elevator=math.nan)
+        session.set_named(control__elevator=0.0)
+        statuses = [status for status, *_ in session.messages]
+        session.messages.clear()
+        return statuses
+
+    def test_declared_categories_are_accepted(self, start):
+        session = start(is_initialized=False)
+        declared = [category.name for category in session.description.logCategories]
+        assert "logStatusFatal" in declared
+        for category in declared:
+            assert self.switch(session, True, category) == OK
+        assert session.texts() == []
+
+    def test_named_categories_change(self, start, fmi):
+        """In FMI 3.0 they alone change (2.3.1); in FMI 2.0 only they are told when on, and none when off (2.1.5)."""
+        session = start()
+        session.time = 0.0
+        assert self.statuses(session) == [WARNING, DISCARD]
+        self.switch(session, False, "logStatusWarning")
+        assert self.statuses(session) == ([DISCARD] if fmi == 3 else [])
+        self.switch(session, True, "logStatusWarning")
+        assert self.statuses(session) == ([WARNING, DISCARD] if fmi == 3 else [WARNING])
+        self.switch(session, False)
+        assert self.statuses(session) == []
+        self.switch(session, True, "logAll")
+        assert self.statuses(session) == [WARNING, DISCARD]
+
+    def test_number_sign_is_doubled(self, start):
+        """# is the escape character of messages (FMI 2.0.5, 2.1.5; FMI 3.0, 2.3.1)."""
+        session = start(is_initialized=False, token="{#1#}")
+        assert session.component.value is None
+        assert "The token {##1##} is not that" in session.texts()[0]
+
+    @pytest.mark.parametrize("start_of_token", ["", "x"])
+    def test_cut_texts_are_utf8(self, start, start_of_token):
+        session = start(is_initialized=False, token=start_of_token + "\u00fc" * 300)
+        assert session.texts()[0].startswith(f"The token {start_of_token}\u00fc\u00fc")
+
     def test_categories(self, start):
         session = start(is_initialized=False)
-        names = (ctypes.c_char_p * 1)(b"logStatusDiscard")
-        assert session.call("SetDebugLogging", c_bool(True), c_size_t(1), names) == OK
+        assert self.switch(session, False) == OK
+        assert self.switch(session, True, "logStatusDiscard") == OK
         session.initialize()
         session.set_named(control__rudder=1.0)
         assert session.step(0.0, 0.01) == OK
         assert session.texts() == []
         assert session.set_named(control__rudder=math.nan) == DISCARD
         assert [category for _, category, _ in session.messages] == ["logStatusDiscard"]
-        unknown = (ctypes.c_char_p * 1)(b"events")
-        assert session.call("SetDebugLogging", c_bool(True), c_size_t(1), unknown) == ERROR
+        assert self.switch(session, True, "events") == ERROR
         assert session.texts()[-1] == "There is no log category events."
 
     def test_only_errors_without_logging(self, start):
