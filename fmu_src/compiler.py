@@ -1,5 +1,6 @@
 """Compiling the sources of a native FMU: this platform with its own compiler, others with Zig's."""
 
+import errno
 import itertools
 import logging
 import os
@@ -9,11 +10,14 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+
+import psutil
 
 from fmu_src.archive import digest
 from fmu_src.slave import platform_folder
@@ -22,6 +26,9 @@ from gtm_fmu.errors import InputError
 FLAGS = ("-std=c99", "-O2", "-g0", "-fvisibility=hidden")
 _ELF = ("-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
 """An FMU calls its own functions, whatever else a process has loaded."""
+
+LONGEST_S = 600
+"""A compiler may take so long for one file; Zig's first build of a platform takes a minute."""
 
 log = logging.getLogger(__name__)
 
@@ -115,7 +122,7 @@ def all_binaries(
 def _compile(command: Sequence[str], platform: Platform, name: str, sources: dict[str, bytes]) -> bytes:
     """One shared library; compiled with relative paths, so that nothing of this machine gets into it."""
     paths = sorted(path for path in sources if path.endswith(".c"))
-    with tempfile.TemporaryDirectory(prefix="gtm_fmu_") as folder:
+    with temporary_folder() as folder:
         for path, content in sources.items():
             Path(folder, path).parent.mkdir(parents=True, exist_ok=True)
             Path(folder, path).write_bytes(content)
@@ -157,9 +164,37 @@ def with_includes(path: str, sources: dict[str, bytes]) -> dict[str, bytes]:
 
 
 def _run(command: Sequence[str], folder: str) -> None:
-    run = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    compiler = " ".join(itertools.takewhile(lambda word: word not in FLAGS, command))
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as run:
+        try:
+            output = run.communicate(timeout=LONGEST_S)[1].decode(errors="replace")
+        except subprocess.TimeoutExpired:
+            for process in (*psutil.Process(run.pid).children(recursive=True), run):
+                process.kill()
+            raise InputError(
+                f"The compiler {compiler} had not finished after {LONGEST_S} s and was stopped: try another one "
+                "(environment variable CC)."
+            ) from None
     if run.returncode:
-        lines = run.stderr.strip().splitlines() or [f"exit code {run.returncode}"]
+        lines = output.strip().splitlines() or [f"exit code {run.returncode}"]
         first = next((line for line in lines if "error" in line), lines[0])
-        compiler = " ".join(itertools.takewhile(lambda word: word not in FLAGS, command))
         raise InputError(f"The compiler {compiler} failed ({first}).")
+
+
+@contextmanager
+def temporary_folder() -> Iterator[str]:
+    """A folder to build in, removed at the end.
+
+    Raises:
+        InputError: there is no room for what is written to it.
+    """
+    try:
+        with tempfile.TemporaryDirectory(prefix="gtm_fmu_") as folder:
+            yield folder
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        raise InputError(
+            f"There is no room in the temporary folder '{tempfile.gettempdir()}' ({error.strerror}): free some, or "
+            "choose another one (environment variable TMPDIR)."
+        ) from None

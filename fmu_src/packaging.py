@@ -5,7 +5,6 @@ two FMUs, or an old and a rebuilt one, never run each other's code.
 """
 
 import sys
-import tempfile
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ from pathlib import Path
 from pythonfmu import FmuBuilder
 
 from fmu_src.archive import content_id, digest, write_archive
+from fmu_src.compiler import temporary_folder
 from fmu_src.description import ModelDescription, slave_table
 from fmu_src.documentation import PROJECT, documentation, legal_texts
 from fmu_src.dynamics_variables import dynamics_description
@@ -162,7 +162,7 @@ def build(
 
 def _wrapped(contents: Contents) -> dict[str, bytes]:
     """What pythonfmu makes: resources with its own code, and binaries for the platforms that can run."""
-    with tempfile.TemporaryDirectory(prefix="gtm_fmu_") as folder, _import_state_kept():
+    with temporary_folder() as folder, _import_state_kept():
         source, wrapped = Path(folder, "source"), Path(folder, "wrapped.fmu")
         for path, content in contents.files().items():
             source.joinpath(path).parent.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,7 @@
 """The native FMUs as files: descriptions, schemas, sources that compile elsewhere, reproducible builds."""
 
+import errno
+import os
 import re
 import shutil
 import subprocess
@@ -10,6 +12,7 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
+import psutil
 import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
@@ -177,6 +180,31 @@ class TestBadInput:
         monkeypatch.setenv("CC", "cc -no-such-option")
         with pytest.raises(InputError, match=r"The compiler cc -no-such-option failed \(.*error"):
             build("dynamics-native", tmp_path)
+
+    def test_compiler_that_hangs(self, tmp_path, monkeypatch):
+        """It is ended with what it has started."""
+        script = tmp_path / "hangs"
+        script.write_text(f"#!/bin/sh\necho $$ >> {tmp_path}/started\nsleep 1000\nexit 0\n")
+        script.chmod(0o755)
+        monkeypatch.setenv("CC", str(script))
+        monkeypatch.setattr(compiler, "LONGEST_S", 0.5)
+        monkeypatch.setattr(compiler.os, "cpu_count", lambda: 2)
+        monkeypatch.setattr(compiler, "_OBJECTS", {})
+        with pytest.raises(InputError, match=r"hangs had not finished after 0.5 s and was stopped: try another one"):
+            build("thrust-map-native", tmp_path / "fmu")
+        started = [int(line) for line in (tmp_path / "started").read_text().split()]
+        assert started
+        assert not [number for number in started if psutil.pid_exists(number)]
+        assert not [p for p in psutil.process_iter(["cmdline"]) if p.info["cmdline"] == ["sleep", "1000"]]
+
+    @pytest.mark.parametrize("name", ["dynamics-native", "envelope"])
+    def test_full_temporary_folder(self, name, tmp_path, monkeypatch):
+        def is_full(self, content):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+        monkeypatch.setattr(Path, "write_bytes", is_full)
+        with pytest.raises(InputError, match=r"There is no room in the temporary folder '.*TMPDIR"):
+            build(name, tmp_path)
 
     def test_no_generated_core(self, tmp_path, monkeypatch):
         monkeypatch.setattr(native_sources, "CORE", tmp_path)
