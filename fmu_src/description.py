@@ -45,10 +45,13 @@ DISPLAY_UNITS: dict[str, tuple[str, float]] = {
 }
 """Units that people think in: the SI unit and its amount in one display unit."""
 
+EXTRA = "extra/alt.gtm-fmu"
+"""Folder of expected results. FMI 3.0, 2.5.1, asks for a domain in reverse; under ``alt`` there are none (RFC 9476)."""
+
 LOG_CATEGORIES = {
     "logStatusWarning": "A command is held inside its limits.",
-    "logStatusDiscard": "A step is refused.",
-    "logStatusError": "A value is refused, or the outputs cannot be computed.",
+    "logStatusDiscard": "A value or a step is refused.",
+    "logStatusError": "A call or a value is refused, or the outputs cannot be computed.",
     "logStatusFatal": "The FMU cannot go on.",
     "logAll": "All messages.",
 }

@@ -6,7 +6,7 @@ from pathlib import PurePath
 
 from jinja2 import Environment, StrictUndefined
 
-from fmu_src.description import ModelDescription
+from fmu_src.description import EXTRA, ModelDescription
 
 PROJECT = "gtm-fmu"
 
@@ -30,8 +30,12 @@ def documentation(model: ModelDescription, platforms: list[str], licences: dict[
     page = template.render(
         model=model,
         platforms=platforms,
+        extra=EXTRA,
         version=version(PROJECT),
         notice=own[f"{PROJECT}-NOTICE.txt"].decode() if model.origin is None else model.origin,
         licences=sorted(own | licences),
     )
-    return {"index.html": page.encode()} | {f"licenses/{name}": text for name, text in (own | licences).items()}
+    texts = own | licences
+    entry = "The licences of what is in this FMU:\n" + "".join(f"{name}\n" for name in sorted(texts))
+    legal = {f"licenses/{name}": text for name, text in (texts | {"license.txt": entry.encode()}).items()}
+    return {"index.html": page.encode(errors="backslashreplace")} | legal

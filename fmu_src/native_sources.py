@@ -175,4 +175,5 @@ def _number(value: float | None, default: str = "") -> str:
 
 
 def _text(value: str) -> str:
-    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    """A string literal; question marks are escaped too, since two of them may begin a trigraph of C99."""
+    return '"' + re.sub(r'[\\"?]', r"\\\g<0>", value) + '"'

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fmu_src.description import ModelDescription
+from fmu_src.description import EXTRA, ModelDescription
 from gtm_fmu import core
 from gtm_fmu.core.simulation import Simulation
 from gtm_fmu.envelope import envelope
@@ -105,7 +105,7 @@ def reference_samples(names: Sequence[str], X: np.ndarray, results: Sequence[str
 
 def _files(given: list[str], inputs: list, found: list[str], results: list) -> dict[str, bytes]:
     names = ("reference_input", given, inputs), ("reference_result", found, results)
-    return {f"extra/gtm-fmu/{name}.csv": _csv(header, rows) for name, header, rows in names}
+    return {f"{EXTRA}/{name}.csv": _csv(header, rows) for name, header, rows in names}
 
 
 def _csv(header: list[str], rows: list[list[float]]) -> bytes:

@@ -83,7 +83,7 @@ def test_same_values_in_model_exchange(envelope_session):
 def test_expected_results_that_travel_in_the_fmu(name, built):
     with zipfile.ZipFile(built(name)) as archive:
         tables = [
-            list(csv.DictReader(io.StringIO(archive.read(f"extra/gtm-fmu/reference_{name}.csv").decode())))
+            list(csv.DictReader(io.StringIO(archive.read(f"extra/alt.gtm-fmu/reference_{name}.csv").decode())))
             for name in ("input", "result")
         ]
     with FmuClient(built(name)) as fmu:

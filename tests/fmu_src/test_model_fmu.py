@@ -78,6 +78,23 @@ def test_documentation_says_where_it_comes_from(tmp_path):
     assert "NASA" not in text
 
 
+def test_names_are_text(tmp_path):
+    """Trigraphs, quotes, comments and markup in names and provenance stay what they are, in C, XML and HTML."""
+    names = ("v??/", 'a"b\\', "<x */ #1# ??' // \u00fc")
+    model = MODELS["without deviations"]
+    inputs = tuple(Variable(name, "m") for name in names)
+    path = build_model(replace(model, inputs=inputs, provenance={"data": "\udcff.csv"}), tmp_path / "wing.fmu")
+    assert validate_fmu(str(path)) == []
+    folder = fmpy.extract(path, tmp_path)
+    page = etree.parse(f"{folder}/documentation/index.html", etree.HTMLParser()).getroot()
+    assert set(names) < {" ".join(code.itertext()) for code in page.iter("code")}
+    with SESSIONS[2](folder, "cs") as session:
+        session.initialize(is_exited=False)
+        for name in names:
+            session.set([session.names[name]], [np.nan])
+            assert session.texts()[0].startswith(f"{name.replace('#', '##')} was given as nan")
+
+
 class TestBadInput:
     def test_name(self, tmp_path):
         for name in ("my wing.fmu", "3d.fmu", "wing.zip", "flügel.fmu"):
@@ -92,6 +109,7 @@ class TestBadInput:
             (("a", "in_domain", "c"), "two variables called 'in_domain'"),
             (("a", "b\n", "c"), r"cannot have 'b\\n' as a name"),
             (("a", "b", " "), "cannot have ' ' as a name"),
+            (("a", "b", "\ud800"), r"cannot have '\\ud800' as a name"),
         ],
     )
     def test_names_of_variables(self, tmp_path, names, sentence):
