@@ -184,7 +184,9 @@ class FlightCondition:
         lower, upper = self._bounds_with(limits.rudder_deg)
         hit = manoeuvre.limits_hit(found.y, lower, upper)
         inside = found.status == solver.TRIMMED
-        return Trim.of_unknowns(found.y, self.altitude_ft, self.gamma_deg, inside, hit, self.failure.airframe)
+        return Trim.of_unknowns(
+            found.y, self.altitude_ft, self.gamma_deg, inside, hit, replace(self.failure, limits=limits)
+        )
 
     def _bounds_with(self, rudder_deg: Range) -> tuple[np.ndarray, np.ndarray]:
         lower, upper = self._lower.copy(), self._upper.copy()

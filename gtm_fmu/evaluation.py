@@ -52,11 +52,16 @@ class FmuSystem:
         """State derivatives (n) at x (n) and u (m)."""
         return self._evaluator.evaluate(x * self._x_scale, u * self._u_scale) / self._dx_scale
 
+    @property
+    def has_slopes(self) -> bool:
+        """Whether the evaluator has exact ones."""
+        return getattr(self._evaluator, "jacobian", None) is not None
+
     def slopes(self, x, u) -> tuple[np.ndarray, np.ndarray]:
         """State derivatives (n) and their slopes (n, k + m): exact if the evaluator has them, else `differences`."""
-        exact = getattr(self._evaluator, "jacobian", None)
-        if exact is None:
+        if not self.has_slopes:
             return self.differences(x, u)
+        exact = self._evaluator.jacobian  # type: ignore[attr-defined]
         dx, jacobian = exact(x * self._x_scale, u * self._u_scale, self._columns)
         return dx / self._dx_scale, jacobian * self._column_scale / self._dx_scale[:, None]
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from gtm_fmu import linearization, manoeuvre
+from gtm_fmu.breakpoints import breakpoints, on_each_side
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
@@ -43,15 +44,20 @@ class Assessment(NamedTuple):
 
 
 def assess(altitude_ft: float, gamma_deg: float, y, limits: ControlLimits | Failure) -> Assessment:
-    """Stability and controllability of trims y (n, 9 or 10, core units), without the jammed controls as inputs."""
-    failure = Failure.of(limits)
-    x, u = solver.trim_states(altitude_ft, gamma_deg * RAD_PER_DEG, y, failure.airframe)
-    A, B = linearization.slopes(x, u, failure.airframe, failure.controls)
-    moving = ~np.array(failure.jammed)
-    scale = linearization.input_scale(failure.controls)[moving]
-    eigenvalues = np.linalg.eigvals(A)
-    margin = linearization.controllability_margin(A, B[..., moving], eigenvalues, scale)
-    return Assessment(linearization.is_stable(eigenvalues), margin >= linearization.PBH_THRESHOLD)
+    """Stability and controllability of trims y (n, 9 or 10, core units), without the jammed controls as inputs.
+
+    Of a trim on breakpoints of the tables those of all their sides together, as of a `linearization.LinearModel`.
+    """
+    failure, at = Failure.of(limits), (altitude_ft, gamma_deg * RAD_PER_DEG)
+    y = np.asarray(y, dtype=float)
+    slopes, inputs = linearization.exact_slopes(failure)
+    found = breakpoints(slopes, at, y, failure.airframe, inputs, linearization.weights(inputs))
+    stable, controllable = np.ones(len(y), dtype=bool), np.ones(len(y), dtype=bool)
+    for rows, _, there in on_each_side(slopes(*solver.trim_states(*at, y, failure.airframe)), found):
+        verdict = linearization.verdict(there, inputs)
+        stable[rows] &= verdict.stable
+        controllable[rows] &= verdict.margin >= linearization.PBH_THRESHOLD
+    return Assessment(stable, controllable)
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ class Trim:
         throttle_pct: of the engines that run; None where they have a throttle each, ``throttle_left_pct`` and
             ``throttle_right_pct``, which are None otherwise.
         limits_hit: limits that hold the trim, or that it exceeds when it is not feasible, as ``throttle.upper``.
-        configuration: of the airframe; None for the study's.
+        failure: what was left of the aircraft, with the limits of its controls.
     """
 
     converged: bool
@@ -150,7 +150,7 @@ class Trim:
     unknowns: np.ndarray = field(repr=False, compare=False)
     throttle_left_pct: float | None = None
     throttle_right_pct: float | None = None
-    configuration: Configuration | None = field(default=None, repr=False)
+    failure: Failure = field(default_factory=Failure, repr=False)
 
     @classmethod
     def of_unknowns(
@@ -160,14 +160,15 @@ class Trim:
         gamma_deg: float,
         inside: bool,
         hit,
-        configuration: Configuration | None = None,
+        failure: ControlLimits | Failure | None = None,
         residual: float | None = None,
     ) -> "Trim":
         """The trim of unknowns y (9 or 10, core units); ``inside`` tells whether they are inside every limit.
 
-        ``residual`` is that of the aircraft that was trimmed, where it is not ours.
+        ``failure`` is what it was found with; ``residual`` that of the aircraft that was trimmed, where it is not ours.
         """
-        gamma = gamma_deg * RAD_PER_DEG
+        gamma, failure = gamma_deg * RAD_PER_DEG, Failure.of(failure)
+        configuration = failure.airframe
         x, u = solver.trim_states(altitude_ft, gamma, y, configuration)
         if residual is None:
             if configuration is None:
@@ -204,8 +205,20 @@ class Trim:
             unknowns=np.array(y),
             throttle_left_pct=throttles[0] if is_separate else None,
             throttle_right_pct=throttles[1] if is_separate else None,
-            configuration=configuration,
+            failure=failure,
         )
+
+    @property
+    def configuration(self) -> Configuration | None:
+        """Of the airframe; None for the study's."""
+        return self.failure.airframe
+
+    @property
+    def shortfall(self) -> str:
+        """Why the trim is not feasible, in words."""
+        if not self.converged:
+            return f"largest acceleration {self.residual:.3g} ft/s^2 or rad/s^2"
+        return f"outside {', '.join(self.limits_hit)}"
 
     @property
     def state_and_controls(self) -> tuple[np.ndarray, np.ndarray]:
@@ -217,6 +230,6 @@ class Trim:
 
     def to_dict(self) -> dict[str, Any]:
         """All named values, ready for JSON."""
-        names = [f.name for f in fields(self) if f.name not in ("unknowns", "configuration")]
+        names = [f.name for f in fields(self) if f.name not in ("unknowns", "failure")]
         values = {name: value for name in names if (value := getattr(self, name)) is not None}
         return values | {"limits_hit": list(self.limits_hit)}

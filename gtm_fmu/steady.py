@@ -38,7 +38,7 @@ def trim(
     found = solver.trims([altitude_ft], [gamma_deg * RAD_PER_DEG], lower[None], upper[None], failure.airframe)
     y, status = found.y[0], found.status[0]
     hit = manoeuvre.limits_hit(y, lower, upper)
-    return Trim.of_unknowns(y, altitude_ft, gamma_deg, status == solver.TRIMMED, hit, failure.airframe)
+    return Trim.of_unknowns(y, altitude_ft, gamma_deg, status == solver.TRIMMED, hit, failure)
 
 
 def trims(

@@ -130,7 +130,10 @@ class FmuTrimmer:
         return self.trim_within(altitude_ft, gamma_deg, lower, upper, warm_start)
 
     def trim_within(self, altitude_ft: float, gamma_deg: float, lower, upper, warm_start: Trim | None = None) -> Trim:
-        """The same with bounds (9) of the unknowns in the core's units; they may hold others (alpha, not V, say)."""
+        """The same with bounds (9) of the unknowns in the core's units; they may hold others (alpha, not V, say).
+
+        The limits that the trim carries are the bounds of its controls.
+        """
         altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
         gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
         at = altitude_ft, gamma_deg * RAD_PER_DEG
@@ -140,7 +143,9 @@ class FmuTrimmer:
             residual = np.abs(self._residuals(y, at)).max()
         inside = self._is_inside(y, lower, upper)
         hit = manoeuvre.limits_hit(y, lower, upper)
-        return Trim.of_unknowns(y, altitude_ft, gamma_deg, inside, hit, residual=residual)
+        return Trim.of_unknowns(
+            y, altitude_ft, gamma_deg, inside, hit, ControlLimits(*np.column_stack([lower, upper])[ELEVATOR:]), residual
+        )
 
     def _solve(self, at, lower, upper, starts) -> np.ndarray:
         """Least sideslip if a trim is found from ``starts`` or a first guess, else least cost."""

@@ -99,12 +99,12 @@ def _aircraft(fmu: Path | None, failure) -> Iterator[tuple[Callable, Callable]]:
         raise InputError(f"'{fmu}' cannot be evaluated ({error}); give a GtmDynamics.fmu built here.") from error
 
 
-def _described(found, limits) -> dict[str, Any]:
+def _described(found) -> dict[str, Any]:
     """A trim with its stability and controllability, which the nearest to one does not have."""
     from gtm_fmu.linearization import linearize as linear_model
 
-    model = linear_model(found, limits) if found.feasible else None
-    return found.to_dict() | {"stable": model and model.stable, "controllable": model and model.controllable}
+    verdicts = linear_model(found).verdicts if found.feasible else {"stable": None, "controllable": None}
+    return found.to_dict() | verdicts
 
 
 @app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
@@ -128,7 +128,7 @@ def trim(
     limits = given_failure(given)
     with _aircraft(fmu, limits) as (solve, _):
         found = solve(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, limits, alpha_deg, phi_deg)
-    show(_described(found, limits), as_json, "Steady manoeuvre")
+    show(_described(found), as_json, "Steady manoeuvre")
     if not found.feasible:
         raise typer.Exit(NO_SOLUTION)
 
@@ -155,9 +155,9 @@ def linearize(
     limits = given_failure(given)
     with _aircraft(fmu, limits) as (solve, linear_model):
         found = solve(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, limits, alpha_deg, phi_deg)
-        model = linear_model(found, limits) if found.feasible else None
+        model = linear_model(found) if found.feasible else None
     if model is None:
-        show(_described(found, limits), as_json, "No such steady manoeuvre; the nearest")
+        show(_described(found), as_json, "No such steady manoeuvre; the nearest")
         raise typer.Exit(NO_SOLUTION)
     show(model.to_dict(), as_json, "Linear model")
 
@@ -198,7 +198,7 @@ def envelope(
     found = condition.envelope()
     values = found.to_dict() | {"intervals_kt": condition.intervals()}
     for end in ("at_v_min", "at_v_max"):
-        values[end] = (trim := getattr(found, end)) and _described(trim, limits)
+        values[end] = (trim := getattr(found, end)) and _described(trim)
     if plot:
         from study.envelope_figures import save_envelope
 

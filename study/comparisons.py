@@ -45,7 +45,7 @@ def compare_trims(fmu: Path, seed: int, advance: Advance) -> dict[str, Any]:
             if by_core.feasible and by_fmu.feasible:
                 difference = np.abs(by_core.unknowns - by_fmu.unknowns) / solver.scale()
                 largest = max(largest, float(difference.max()))
-                model = linearization.linearize(by_core, limits)
+                model = linearization.linearize(by_core)
                 feasible, stable = feasible + 1, stable + model.stable
                 uncontrollable += not model.controllable
             advance(k + 1, TRIMS)

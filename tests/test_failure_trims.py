@@ -175,7 +175,7 @@ def test_what_nothing_follows():
 def test_linear_model_against_differences(name):
     failure = FAILURES[name]
     trim = steady.trim(10000, 103, 0, 2, failure)
-    model = linearize(trim, failure)
+    model = linearize(trim)
     x, u = trim.state_and_controls
     c, step = trim.configuration or Configuration(), 1e-6
     rows = [0, 1, 2, 3, 4, 5, 9, 10]

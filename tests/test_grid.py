@@ -72,8 +72,8 @@ def test_stability_is_that_of_single_linear_models():
     cells = np.argwhere(grid.feasible)[::7]
     verdicts = set()
     for i, j in cells:
-        trim = Trim.of_unknowns(grid.y[i, j], grid.altitude_ft, grid.gamma_deg, True, ())
-        model = linearization.linearize(trim, grid.limits)
+        trim = Trim.of_unknowns(grid.y[i, j], grid.altitude_ft, grid.gamma_deg, True, (), grid.failure)
+        model = linearization.linearize(trim)
         assert (model.stable, model.controllable) == (grid.stable[i, j], grid.controllable[i, j])
         verdicts.add(model.stable)
     assert verdicts == {True, False}  # both occur, so the comparison means something
@@ -133,8 +133,8 @@ def test_unstable_trims_are_controllable_in_all_their_modes(name):
     cells = grid.feasible & ~grid.stable
     assert cells.sum() > 10
     for y in grid.y[cells][::3]:
-        trim = Trim.of_unknowns(y, grid.altitude_ft, grid.gamma_deg, True, (), grid.failure.airframe)
-        model = linearization.linearize(trim, grid.failure)
+        trim = Trim.of_unknowns(y, grid.altitude_ft, grid.gamma_deg, True, (), grid.failure)
+        model = linearization.linearize(trim)
         A = model.A * linearization.STATE_SCALE / linearization.STATE_SCALE[:, None]
         B = model.B * linearization.input_scale(model.inputs) / linearization.STATE_SCALE[:, None]
         pencils = [np.hstack([root * np.eye(len(A)) - A, B]) for root in model.eigenvalues]

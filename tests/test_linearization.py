@@ -47,9 +47,9 @@ def test_exact_model_equals_central_differences(trim):
 
 
 def test_first_order_differences_over_the_fmu_come_within_their_error(trim, tmp_path):
-    exact = linearization.linearize(trim, JAM)
+    exact = linearization.linearize(trim)
     with FmuClient(build_fmu("dynamics", tmp_path)) as client:
-        paper = linearization.linearize_fmu(FmuAirframe(client), trim, JAM)
+        paper = linearization.linearize_fmu(FmuAirframe(client), trim)
     assert paper.inputs == exact.inputs == ("elevator", "aileron", "throttle")
     # Step 1e-6: rounding of derivatives of order 100 gives 1e-14 x 100 / 1e-6, curvature 1e-6 times second derivatives.
     scale = np.maximum(1.0, np.abs(exact.A))
@@ -59,11 +59,11 @@ def test_first_order_differences_over_the_fmu_come_within_their_error(trim, tmp_
 
 
 def test_directional_derivatives_of_the_native_fmu_are_exact(trim, tmp_path):
-    exact = linearization.linearize(trim, JAM)
+    exact = linearization.linearize(trim)
     with FmuClient(build_fmu("dynamics-native", tmp_path)) as client:
         airframe = FmuAirframe(client)
-        native = linearization.linearize_fmu(airframe, trim, JAM)
-        stepped = linearization.linearize_fmu(airframe, trim, JAM, epsilon=1e-6)
+        native = linearization.linearize_fmu(airframe, trim)
+        stepped = linearization.linearize_fmu(airframe, trim, epsilon=1e-6)
     np.testing.assert_allclose(native.A, exact.A, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(native.B, exact.B, rtol=1e-12, atol=1e-12)
     assert 0 < np.abs(stepped.A - exact.A).max() < 1e-2  # a step means the paper's differences
@@ -85,7 +85,7 @@ def test_python_control_linearises_the_same_system(trim):
 
 
 def test_state_space_carries_names_poles_and_kalmans_matrix(trim):
-    model = linearization.linearize(trim, JAM)
+    model = linearization.linearize(trim)
     system = model.state_space()
     assert system.state_labels == list(LINEAR_STATES)
     assert system.input_labels == ["elevator", "aileron", "throttle"]

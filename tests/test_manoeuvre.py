@@ -150,7 +150,7 @@ def test_a_trim_names_its_state(turning):
 
 def test_a_trim_as_json_keeps_every_named_value(turning):
     values = json.loads(json.dumps(turning.to_dict()))
-    of_a_failure = {"configuration", "throttle_left_pct", "throttle_right_pct"}
+    of_a_failure = {"failure", "throttle_left_pct", "throttle_right_pct"}
     names = {f.name for f in fields(Trim)} - {"unknowns"} - of_a_failure
     assert set(values) == names
     assert values["limits_hit"] == ["phi.upper"]  # more than 30 deg of bank: a trim, but not a feasible one

@@ -1,6 +1,7 @@
 /* Cells between the breakpoints of the tables. Outside the study's configuration more tables have a say, and the union of
    their breakpoints bounds the cells: a border without a kink does no harm. */
 #include <math.h>
+#include <string.h>
 
 #include "full_table.h"
 #include "solver.h"
@@ -111,4 +112,17 @@ void gtm_update_cell(const gtm_problem *p, gtm_cell *c, const double *y)
         const double slack = gtm_border * gtm_scale[i];
         if (y[i] < c->lower[i] - slack || y[i] > c->upper[i] + slack) set_interval(p, c, i, y[i], y[i] > c->upper[i]);
     }
+}
+
+void gtm_full_breakpoints(const gtm_configuration *c, int unknowns, long n, const double *y, unsigned char *is_on)
+{
+    const gtm_problem p = {{0, 0, 0}, c, unknowns, {0}};
+    memset(is_on, 0, (size_t)n * (size_t)unknowns);
+    for (long row = 0; row < n; row++, y += unknowns, is_on += unknowns)
+        for (int k = 0; k < GTM_KINKED; k++) {
+            const int i = gtm_kinked[k];
+            gtm_cell above;
+            set_interval(&p, &above, i, y[i], 1);
+            is_on[i] = above.lower[i] >= y[i] - gtm_border * gtm_scale[i];
+        }
 }

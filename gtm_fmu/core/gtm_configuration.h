@@ -150,6 +150,11 @@ GTM_API long gtm_full_grid(const gtm_configuration *c, int unknowns, double alti
 /* Which unknowns are controls that nothing follows. */
 GTM_API void gtm_full_dead_controls(const gtm_configuration *c, unsigned char is_dead[GTM_FULL_NT]);
 
+/* Which unknowns of n rows of y lie on a breakpoint of a table, where slopes have two sides; psi_dot does where it is 0,
+   as every rate then is. */
+GTM_API void gtm_full_breakpoints(const gtm_configuration *c, int unknowns, long n, const double *y,
+                                  unsigned char *is_on);
+
 /* gtm_full_trim_state on n rows of y. */
 GTM_API void gtm_full_trim_states(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
                                   const double *y, double *x, double *u);

@@ -49,6 +49,15 @@ def dead_controls(configuration: Configuration) -> tuple[bool, ...]:
     return tuple(dead[-len(FULL_CONTROLS) :].astype(bool).tolist())
 
 
+def on_breakpoints(y, configuration: Configuration | None = None) -> np.ndarray:
+    """Which unknowns of y (n, 9 or 10) lie on a breakpoint of an aerodynamic table (n, 9 or 10)."""
+    y = rows(y, _width(y), "y")
+    is_on = np.empty(y.shape, dtype=np.uint8)
+    count = ctypes.c_long(len(y))
+    library().gtm_full_breakpoints(*_airframe(configuration, y.shape[-1]), count, address(y), address(is_on))
+    return is_on.astype(bool)
+
+
 def _width(array) -> int:
     """Number of unknowns that bounds or points have."""
     return FULL_NT if np.shape(array)[-1:] == (FULL_NT,) else NT
