@@ -80,6 +80,8 @@ class Variable:
     derivative_of: str | None = None
     depends_on: tuple[str, ...] = ()
     """Known variables that an output or derivative depends on at a communication point."""
+    starts: str | None = None
+    """The state whose initial value a parameter gives, for importers that set nothing but parameters."""
     boolean: bool = False
     scale: float = 1.0
     """SI per unit in which the slave computes the variable."""
@@ -159,7 +161,9 @@ class ModelDescription:
         """Names of what an unknown depends on at a communication point, or during initialization; None: on all."""
         if is_initial and self.has_free_start:
             return None
+        starts = {variable.starts: variable.name for variable in self.variables if variable.starts}
         parameters = [name for known in unknown.depends_on for name in self.limits.get(known, ())]
+        parameters += [starts[known] for known in unknown.depends_on if known in starts]
         return [*unknown.depends_on, *parameters] if is_initial else list(unknown.depends_on)
 
 

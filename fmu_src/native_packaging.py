@@ -23,7 +23,14 @@ from fmu_src.native_sources import (
     variable_table,
     with_prefix,
 )
-from fmu_src.native_variables import DYNAMICS_FAULTS, DYNAMICS_USAGE, TOLERANCE, native_description
+from fmu_src.native_variables import (
+    DYNAMICS_FAULTS,
+    DYNAMICS_USAGE,
+    STARTS_USAGE,
+    TOLERANCE,
+    native_description,
+    start_parameters,
+)
 from fmu_src.reference_results import reference_envelopes, reference_flight, reference_simulation
 from gtm_fmu.core.simulation import memory_size
 from gtm_fmu.errors import InputError
@@ -144,8 +151,11 @@ def dynamics_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
         faults=DYNAMICS_FAULTS,
         native=("dynamics.c", "dormand_prince.h", "dormand_prince.c"),
         core=("motion.c", "table.c", "generated/airframe.c", "generated/tables.c"),
-        usage=DYNAMICS_USAGE,
-        groups={"solver": (*model.groups["solver"], TOLERANCE)},
+        usage=(*DYNAMICS_USAGE, *STARTS_USAGE),
+        groups={
+            "solver": (*model.groups["solver"], TOLERANCE),
+            "start": start_parameters(model.groups["states"]),
+        },
         has_partial_derivatives=True,
     )
     return native.contents(model, fmi, reference_flight)
@@ -214,14 +224,17 @@ def aircraft_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     from fmu_src.aircraft_variables import aircraft_description
 
     refuse_networks("aircraft", networks)
+    model = aircraft_description()
     native = NativeModel(
         faults=("", *ALL_FAULTS.values()),
         native=("aircraft.c",),
         core=core_files(),
         memory=memory_size(),
         has_model_exchange=False,
+        usage=STARTS_USAGE,
+        groups={"start": start_parameters(model.groups["states"])},
     )
-    return native.contents(aircraft_description(), fmi, reference_simulation)
+    return native.contents(model, fmi, reference_simulation)
 
 
 _MAKERS = {

@@ -165,8 +165,9 @@ def _row(variable: Variable, found: str, model: ModelDescription, counts: dict[s
         _number(variable.nominal, "1"),
         _number(variable.scale, "1"),
     )
-    flags = (str(int(flag)) for flag in (variable.boolean, variable.bounded))
-    entries = (_text(variable.name), _text(variable.unit), found, *flags, str(lower), *numbers)
+    started = -1 if variable.starts is None else names.index(variable.starts)
+    whole = (str(int(number)) for number in (variable.boolean, variable.bounded, lower, started))
+    entries = (_text(variable.name), _text(variable.unit), found, *whole, *numbers)
     return f"    {{{', '.join(entries)}}}"
 
 

@@ -1,6 +1,6 @@
 """What a native FMU adds to the variables of its pythonfmu sibling: the time, and the tolerance of the dynamics."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from fmu_src.description import Implementation, ModelDescription, Variable
@@ -29,6 +29,27 @@ DYNAMICS_USAGE = (
     "all outputs with respect to states and controls, and to limits.*. At a breakpoint of the aerodynamic tables they "
     "are those of the interval above; with respect to a control that is held they are zero.",
 )
+
+STARTS_USAGE = (
+    "A changed start.* sets its state, so that importers that set nothing but parameters can set initial states; "
+    "whatever is set last counts.",
+)
+
+
+def start_parameters(states: Sequence[Variable]) -> tuple[Variable, ...]:
+    """Parameters start.* that give the states their initial values."""
+    return tuple(
+        replace(
+            state,
+            name=f"start.{state.name.removeprefix('state.')}",
+            description=f"Initial value of {state.name}",
+            causality="parameter",
+            variability="fixed",
+            starts=state.name,
+            depends_on=(),
+        )
+        for state in states
+    )
 
 
 _CALLS = (

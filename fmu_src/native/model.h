@@ -26,6 +26,7 @@ typedef struct {
     Kind kind;
     int is_boolean, is_bounded; /* bounded: values outside minimum .. maximum are refused */
     int limits; /* value reference of the lower limit that an input is held inside, the upper one's is next; or -1 */
+    int starts; /* value reference of the state whose initial value a parameter gives, or -1 */
     double start, minimum, maximum, nominal, scale;
 } Variable;
 

@@ -9,6 +9,7 @@ static int column_of(const Instance *i, unsigned known, double *factor)
 {
     *factor = 1;
     if (model_variables[known].kind == STATE) return (int)known - STATES;
+    if (model_variables[known].starts >= 0) return i->now.mode == INITIALIZATION ? model_variables[known].starts - STATES : -1;
     for (int k = 0; k < N_INPUTS; k++) {
         double command;
         const double *range = instance_range_of(i, k, &command), *value = i->now.values + known;

@@ -58,8 +58,9 @@ static Status take(Instance *i, unsigned v, double value)
     if (!is_allowed || i->now.is_refused[v] || value != i->now.values[v]) instance_touch(i);
     i->now.is_refused[v] = !is_allowed;
     if (is_allowed) {
+        const bool is_start = variable->starts >= 0 && value != i->now.values[v]; /* unchanged, the state is its own */
         i->now.values[v] = value;
-        return OK;
+        return is_start ? take(i, (unsigned)variable->starts, value) : OK;
     }
     if (variable->is_bounded)
         instance_say(i, DISCARD, "%s was given as %g, allowed is %g .. %g %s: %g is kept.", variable->name, value,
@@ -71,12 +72,12 @@ static Status take(Instance *i, unsigned v, double value)
 }
 
 /* Modes in which a variable can be set; zero when never. */
-static unsigned settable_modes(Kind kind)
+static unsigned settable_modes(const Variable *variable)
 {
-    switch (kind) {
+    switch (variable->kind) {
     case STATE: return INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS;
     case INPUT: return INSTANTIATED | INITIALIZATION | INITIALIZED;
-    case PARAMETER: return INSTANTIATED | INITIALIZATION | STEP | EVENT;
+    case PARAMETER: return INSTANTIATED | INITIALIZATION | (variable->starts < 0 ? STEP | EVENT : 0);
     default: return 0;
     }
 }
@@ -86,7 +87,7 @@ Status instance_set(Instance *i, bool is_boolean, const unsigned references[], s
     if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values) || !instance_is_known(i, is_boolean, references, n)) return ERROR;
     for (size_t k = 0; k < n; k++) {
         const Variable *variable = model_variables + references[k];
-        const unsigned modes = settable_modes(variable->kind);
+        const unsigned modes = settable_modes(variable);
         if (!modes) return instance_refuse(i, "%s is computed by the FMU and cannot be set.", variable->name);
         if (!(modes & i->now.mode)) return instance_refuse(i, "%s cannot be set in the present mode.", variable->name);
     }

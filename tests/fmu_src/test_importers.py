@@ -1,8 +1,12 @@
 """Other importers load the FMUs, run them and get what FMPy gets: 2 s after a step of one input."""
 
+import re
+import subprocess
+import sys
 from functools import cache
 
 import casadi as ca
+import fmpy
 import numpy as np
 import pytest
 
@@ -105,3 +109,49 @@ class TestCasadi:
         found = solution["x"].full()[:, 0]
         np.testing.assert_allclose(found[5:] / U_SI, [2.414942, -0.394239, 0.004192, 39.839881], atol=2e-4)
         assert np.hypot(found[0], found[2]) / 0.3048 == pytest.approx(164.14225, abs=1e-3)
+
+
+SSD = """<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription name="flight" version="1.0"
+    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
+    xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
+  <ssd:System name="system"><ssd:Elements>
+    <ssd:Component name="gtm" type="application/x-fmu-sharedlibrary" source="{source}">
+      <ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>
+        <ssv:ParameterSet version="1.0" name="initial"><ssv:Parameters>
+          <ssv:Parameter name="{name}"><ssv:Real value="3000"/></ssv:Parameter>
+        </ssv:Parameters></ssv:ParameterSet>
+      </ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>
+    </ssd:Component>
+  </ssd:Elements></ssd:System>
+  <ssd:DefaultExperiment startTime="0.0"/>
+</ssd:SystemStructureDescription>
+"""
+FROM_SSP = """
+import sys
+from libcosimpy.CosimExecution import CosimExecution
+from libcosimpy.CosimObserver import CosimObserver
+
+execution = CosimExecution.from_ssp_file(sys.argv[1], step_size=10_000_000)
+observer = CosimObserver.create_last_value()
+execution.add_observer(observer)
+assert execution.step(1)
+print('altitude', observer.last_real_values(0, [int(sys.argv[2])])[0])
+"""
+
+
+@pytest.mark.parametrize("model", ["dynamics-native", "aircraft-native"])
+def test_libcosim_starts_from_parameters(model, built, tmp_path):
+    """Of an SSP archive it sets inputs and parameters, and no state itself."""
+    pytest.importorskip("libcosimpy")
+    path = built(model)
+    (tmp_path / path.name).symlink_to(path)
+    (tmp_path / "SystemStructure.ssd").write_text(SSD.format(source=path.name, name="start.altitude"))
+    (reference,) = (
+        v.valueReference for v in fmpy.read_model_description(path).modelVariables if v.name == "state.altitude"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", FROM_SSP, tmp_path, str(reference)], capture_output=True, text=True, check=True
+    )
+    (altitude,) = re.findall(r"^altitude (.*)", run.stdout, re.MULTILINE)
+    assert float(altitude) == pytest.approx(3000.0, abs=0.01)
