@@ -133,9 +133,9 @@ class LinearModel:
     def verdicts(self) -> dict[str, Any]:
         """Stability and controllability, ready for JSON.
 
-        ``at_breakpoint`` names the breakpoints. In the same order ``stable_sides`` says whether the trim is stable below
-        and above each of them, the others from above, and ``growth_sides_per_s`` the largest real part of an eigenvalue
-        there. ``stable`` means on every combination of sides.
+        ``at_breakpoint`` names the breakpoints. In the same order ``stable_sides`` says whether the trim is stable
+        below and above each of them, the others from above, and ``growth_sides_per_s`` gives the largest real part of
+        an eigenvalue there. ``stable`` means on every combination of sides.
         """
         return {
             "stable": self.stable,
