@@ -1,13 +1,12 @@
 """The archive of an FMU: equal members give equal bytes."""
 
 import hashlib
-import os
 import uuid
 import zipfile
 from pathlib import Path
 
 from fmu_src.description import BUILD_DATE
-from gtm_fmu.errors import InputError
+from gtm_fmu.files import write_whole
 
 
 def digest(members: dict[str, bytes]) -> str:
@@ -28,21 +27,16 @@ def write_archive(path: Path, members: dict[str, bytes]) -> Path:
     """Write the archive in one piece or not at all: members sorted, one fixed time.
 
     Raises:
-        InputError: a folder that cannot be written.
+        InputError: it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+
+    def write(draft: Path) -> None:
+        with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
             for member in sorted(members):
                 info = zipfile.ZipInfo(member, BUILD_DATE)
                 info.create_system, info.external_attr = 3, 0o644 << 16
                 info.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(info, members[member], compresslevel=9)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(f"Cannot write the FMU '{path}' ({error.strerror}): choose another folder.") from error
-    finally:
-        if temporary.is_file():
-            temporary.unlink(missing_ok=True)
+
+    write_whole(path, write)
     return path

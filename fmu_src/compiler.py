@@ -1,6 +1,5 @@
 """Compiling the sources of a native FMU: this platform with its own compiler, others with Zig's."""
 
-import errno
 import itertools
 import logging
 import os
@@ -9,10 +8,8 @@ import re
 import shlex
 import subprocess
 import sys
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -22,6 +19,7 @@ import psutil
 from fmu_src.archive import digest
 from fmu_src.slave import platform_folder
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import temporary_folder
 
 FLAGS = ("-std=c99", "-O2", "-g0", "-fvisibility=hidden")
 _ELF = ("-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
@@ -135,7 +133,7 @@ def _compile(command: Sequence[str], platform: Platform, name: str, sources: dic
         return Path(folder, library).read_bytes()
 
 
-def _object(compiler: Sequence[str], path: str, sources: dict[str, bytes], folder: str) -> str:
+def _object(compiler: Sequence[str], path: str, sources: dict[str, bytes], folder: Path) -> str:
     """The compiled file in the folder; kept in this process, since FMUs of the same model or core share most files."""
     name = Path(path).with_suffix(".o").name
     key = (*compiler, digest(with_includes(path, sources)))
@@ -163,7 +161,7 @@ def with_includes(path: str, sources: dict[str, bytes]) -> dict[str, bytes]:
     return found
 
 
-def _run(command: Sequence[str], folder: str) -> None:
+def _run(command: Sequence[str], folder: Path) -> None:
     compiler = " ".join(itertools.takewhile(lambda word: word not in FLAGS, command))
     with subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as run:
         try:
@@ -179,22 +177,3 @@ def _run(command: Sequence[str], folder: str) -> None:
         lines = output.strip().splitlines() or [f"exit code {run.returncode}"]
         first = next((line for line in lines if "error" in line), lines[0])
         raise InputError(f"The compiler {compiler} failed ({first}).")
-
-
-@contextmanager
-def temporary_folder() -> Iterator[str]:
-    """A folder to build in, removed at the end.
-
-    Raises:
-        InputError: there is no room for what is written to it.
-    """
-    try:
-        with tempfile.TemporaryDirectory(prefix="gtm_fmu_") as folder:
-            yield folder
-    except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-            raise
-        raise InputError(
-            f"There is no room in the temporary folder '{tempfile.gettempdir()}' ({error.strerror}): free some, or "
-            "choose another one (environment variable TMPDIR)."
-        ) from None

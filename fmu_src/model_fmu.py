@@ -14,6 +14,7 @@ from fmu_src.description import ModelDescription, Variable
 from fmu_src.native_packaging import NativeContents, NativeModel
 from fmu_src.reference_results import reference_samples
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import check_writable
 from surrogate.closed_form import ClosedForm, Model, closed_form
 from surrogate.exports import export_c
 
@@ -41,7 +42,7 @@ def build_model(
     Raises:
         InputError: names that an FMU cannot have, no compiler, or a file that cannot be written.
     """
-    path = Path(path)
+    path = check_writable(path)
     if path.suffix != ".fmu" or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", path.stem, re.ASCII):
         raise InputError(f"An FMU cannot be called '{path.name}': choose letters, digits and _, and the ending .fmu.")
     form = closed_form(model, has_std=has_std, has_short_factor=True)

@@ -17,7 +17,6 @@ from pathlib import Path
 from pythonfmu import FmuBuilder
 
 from fmu_src.archive import content_id, digest, write_archive
-from fmu_src.compiler import temporary_folder
 from fmu_src.description import ModelDescription, slave_table
 from fmu_src.documentation import PROJECT, documentation, legal_texts
 from fmu_src.dynamics_variables import dynamics_description
@@ -27,6 +26,7 @@ from fmu_src.native_packaging import NATIVE_MODELS, refuse_networks
 from fmu_src.slave import TABLE_FILE, platform_folder
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import check_writable, temporary_folder, writable_folder
 from surrogate.closed_form import closed_form
 from surrogate.exports import json_text
 
@@ -144,26 +144,33 @@ def build(
     given = [Path(network) for network in networks]
     if name in NATIVE_MODELS:
         native = NATIVE_MODELS[name](given)
-        return write_archive(Path(destination, f"{native.model.name}.fmu"), native.members(all_platforms, progress))
+        path = _place(destination, native.model)
+        return write_archive(path, native.members(all_platforms, progress))
     if name not in MODELS:
         raise InputError(f"No FMU is called '{name}': choose one of {', '.join((*MODELS, *NATIVE_MODELS))}.")
     if all_platforms:
         raise InputError(f"The FMU {name} runs in Python: only native ones are built for all platforms.")
     contents = MODELS[name](given)
     _check_wrapper(contents.platforms)
+    path = _place(destination, contents.model)
     members = _wrapped(contents)
     pages = documentation(contents.model, contents.platforms, legal_texts("pythonfmu"))
     members |= {f"documentation/{path}": text for path, text in pages.items()}
     members["model.png"] = icon_png()
     guid = content_id(members | {"xml": write_fmi2(contents.model, "", version(PROJECT))})
     members["modelDescription.xml"] = write_fmi2(contents.model, guid, version(PROJECT))
-    return write_archive(Path(destination, f"{contents.model.name}.fmu"), members)
+    return write_archive(path, members)
+
+
+def _place(destination: str | Path, model: ModelDescription) -> Path:
+    """The file of an FMU, its folder made; refused before the work where it cannot be written."""
+    return check_writable(writable_folder(destination) / f"{model.name}.fmu")
 
 
 def _wrapped(contents: Contents) -> dict[str, bytes]:
     """What pythonfmu makes: resources with its own code, and binaries for the platforms that can run."""
     with temporary_folder() as folder, _import_state_kept():
-        source, wrapped = Path(folder, "source"), Path(folder, "wrapped.fmu")
+        source, wrapped = folder / "source", folder / "wrapped.fmu"
         for path, content in contents.files().items():
             source.joinpath(path).parent.mkdir(parents=True, exist_ok=True)
             source.joinpath(path).write_bytes(content)

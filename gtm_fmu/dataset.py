@@ -4,11 +4,12 @@
 """
 
 import hashlib
+import json
 import os
-import shutil
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import xarray as xr
@@ -18,6 +19,8 @@ from gtm_fmu.axes import failure_levels, levels, limit_levels
 from gtm_fmu.cases import CaseTable
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import Range
+from gtm_fmu.files import real_path, writable_folder
+from gtm_fmu.interrupt import held_interrupt
 
 PAPER_ALTITUDES_FT = (0.0, 10000.0, 20000.0, 30000.0)
 PAPER_GAMMAS_DEG = tuple(float(gamma) for gamma in range(-5, 6))
@@ -103,22 +106,39 @@ def save(data: xr.Dataset, path: str | Path) -> Path:
     """Write a zarr store at ``path``; an earlier one is replaced only when the new one is complete.
 
     Raises:
-        InputError: the folder cannot be written.
+        InputError: it cannot be written, or something other than a store of this function is there.
     """
     path = Path(path)
-    partial, replaced = (path.with_name(f".{path.name}.{suffix}") for suffix in ("partial", "replaced"))
+    place = real_path(path)
+    writable_folder(place.parent)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        for leftover in (partial, replaced):
-            shutil.rmtree(leftover, ignore_errors=True)
-        data.assign_attrs({CHECKSUM: _checksum(data)}).to_zarr(partial, mode="w", consolidated=False)
-        if path.exists():
-            path.rename(replaced)
-        partial.rename(path)
-        shutil.rmtree(replaced, ignore_errors=True)
+        if place.exists() and not _is_saved(place):
+            raise InputError(f"{path} is no data set of the study and is left as it is; choose another name.")
+        with TemporaryDirectory(prefix=f".{place.name[:30]}.", dir=place.parent, ignore_cleanup_errors=True) as folder:
+            made, replaced = Path(folder, "made"), Path(folder, "replaced")
+            data.assign_attrs({CHECKSUM: _checksum(data)}).to_zarr(made, mode="w", consolidated=False)
+            with held_interrupt():
+                if place.exists():
+                    place.rename(replaced)
+                made.rename(place)
     except OSError as error:
-        raise InputError(f"Cannot write {path}: {error.strerror or error}; choose a folder you may write to.") from None
+        raise InputError(
+            f"Cannot write {path} ({error.strerror or error}); choose a folder you may write to."
+        ) from None
     return path
+
+
+def _is_saved(path: Path) -> bool:
+    """Whether a folder holds an earlier store of `save`, and nothing besides; or nothing at all."""
+    try:
+        entries = list(path.iterdir())
+        described = json.loads((path / "zarr.json").read_text(encoding="utf-8")) if entries else {}
+        return not entries or (
+            CHECKSUM in described["attributes"]
+            and all(entry.name == "zarr.json" or (entry / "zarr.json").is_file() for entry in entries)
+        )
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return False
 
 
 def load(path: str | Path) -> xr.Dataset:

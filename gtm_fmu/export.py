@@ -1,7 +1,6 @@
 """A data set as one flat table for other tools: CSV or Parquet."""
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import xarray as xr
 
 from gtm_fmu import results
 from gtm_fmu.errors import InputError
-from gtm_fmu.files import write_whole
+from gtm_fmu.files import check_writable, real_path, write_whole
 from gtm_fmu.inputs import Column
 from gtm_fmu.store import FINISHED, slices
 
@@ -53,11 +52,11 @@ def _write_parquet(frames: Iterator[pd.DataFrame], path: Path) -> None:
 _WRITERS: dict[str, Callable[[Iterator[pd.DataFrame], Path], None]] = {".csv": _write_csv, ".parquet": _write_parquet}
 
 
-def check_export(path: str | Path) -> Path:
-    """The path of a table that can be written.
+def check_export(path: str | Path, store: str | Path) -> Path:
+    """The path, if the table of a store can be written there.
 
     Raises:
-        InputError: the ending is another, or what it needs is not installed.
+        InputError: the ending is another, what it needs is not installed, it lies in the store, or cannot be written.
     """
     path = Path(path)
     if path.suffix not in _WRITERS:
@@ -67,7 +66,9 @@ def check_export(path: str | Path) -> Path:
             import pyarrow  # noqa: F401
         except ImportError:
             raise InputError("Parquet needs pyarrow: `pip install 'gtm-fmu[parquet]'`, or export to .csv.") from None
-    return path
+    if real_path(path).is_relative_to(real_path(Path(store))):
+        raise InputError(f"{path} lies in the data set {store}, which holds nothing else; choose another folder.")
+    return check_writable(path)
 
 
 def export(store: str | Path, path: str | Path) -> Path:
@@ -76,8 +77,6 @@ def export(store: str | Path, path: str | Path) -> Path:
     Raises:
         InputError: the ending is neither .csv nor .parquet, the store cannot be read, or the file not be written.
     """
-    path = check_export(path)
-    with suppress(OSError):  # the write will say why
-        path.parent.mkdir(parents=True, exist_ok=True)
+    path = check_export(path, store)
     write_whole(path, lambda partial: _WRITERS[path.suffix]((frame(data) for data in slices(store)), partial))
     return path

@@ -15,6 +15,7 @@ from typer.exceptions import TyperException
 
 from gtm_fmu.errors import InputError
 from study.dataset_command import dataset
+from study.files import check_picture
 from study.map_command import maps
 from study.model_commands import export, predict, train
 from study.options import FAILURE, Pair, given_failure, pair, takes
@@ -192,6 +193,8 @@ def envelope(
         altitude_ft = over[1] if over[0] == "altitude" else altitude_ft
     if altitude_ft is None:
         raise InputError("Missing option '--altitude-ft'; see `gtm-fmu envelope --help`.")
+    if plot:
+        check_picture(plot)
     condition = FlightCondition(altitude_ft, gamma_deg or 0.0, limits, alpha_deg, phi_deg)
     if over:
         return show_family(condition, over, plot, as_json)

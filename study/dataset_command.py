@@ -103,7 +103,6 @@ def dataset(
     from gtm_fmu.store import slices
     from study import paper_lattice
     from study.cli import show
-    from study.files import writable_folder
     from study.progress import stages
 
     chosen = (sampling, cases, seed, jam_share)
@@ -114,7 +113,7 @@ def dataset(
     else:
         table = paper_lattice.paper_lattice()
     if export:
-        writable_folder(check_export(export).parent)
+        check_export(export, store)
     started = time.monotonic()
     with stages(Console(stderr=True)) as stage, stage(f"Envelopes of {len(table)} cases") as advance:
         computed = compute(store, table, alpha_deg, phi_deg, workers=workers, scheduler=scheduler, progress=advance)

@@ -16,7 +16,7 @@ from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.grid import EnvelopeGrid, envelope_grid
 from study import captions
 from study.captions import Label
-from study.files import check_picture, save_picture
+from study.files import save_picture
 from study.pages import page
 
 # Colours of Okabe and Ito, which the colour-blind tell apart
@@ -68,7 +68,6 @@ def save_envelope(condition: FlightCondition, path: Path) -> None:
     Raises:
         InputError: another ending, or a folder that cannot be written.
     """
-    check_picture(path)
     grid, boundary = envelope_grid(condition, turn_rate_step_deg_s=0.5), envelope_boundary(condition)
     save_picture(path, lambda: plot_envelope(grid, boundary), lambda: envelope_page(grid, boundary))
 

@@ -10,7 +10,7 @@ from rich.table import Table
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_fmu.family import EnvelopeFamily, envelope_family
-from study.files import check_picture, save_picture
+from study.files import save_picture
 from study.options import check_varied
 from study.progress import stages
 
@@ -47,8 +47,6 @@ def show_family(condition: FlightCondition, over: Over, plot: Path | None, as_js
     from study.cli import show
     from study.family_figures import family_page, plot_family
 
-    if plot:
-        check_picture(plot)
     name, *lattice = over
     values = positions(name, *lattice)
     with stages(Console(stderr=True, quiet=as_json)) as stage, stage(f"Envelopes over {name}") as advance:

@@ -1,32 +1,14 @@
 """Files of a study, each written in one piece or not at all."""
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gtm_fmu.errors import InputError
-from gtm_fmu.files import write_whole
+from gtm_fmu.files import check_writable, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-def writable_folder(path: str | Path) -> Path:
-    """The folder, made when missing.
-
-    Raises:
-        InputError: it cannot be made or written.
-    """
-    folder = Path(path)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / f".{os.getpid()}.probe"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"Cannot write to {folder} ({error.strerror}); choose a folder you may write to.") from None
-    return folder
 
 
 def write_text(text: str, path: Path) -> None:
@@ -48,18 +30,18 @@ def check_picture(path: Path) -> None:
     """Refuse the name of neither a picture nor a page, before anything is computed for it.
 
     Raises:
-        InputError: another ending, or a folder that cannot be written.
+        InputError: another ending, or a place that cannot be written.
     """
     if path.suffix not in (".png", ".html"):
         raise InputError(f"{path} ends in neither .png nor .html; name the picture or the page so.")
-    writable_folder(path.parent)
+    check_writable(path)
 
 
 def save_picture(path: Path, figure: "Callable[[], Figure]", page: Callable[[], str]) -> None:
     """Write a figure as a picture (.png) or as an interactive page (.html), by the ending of its name.
 
     Raises:
-        InputError: another ending, or a folder that cannot be written.
+        InputError: another ending, or a place that cannot be written.
     """
     check_picture(path)
     if path.suffix == ".png":

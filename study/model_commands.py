@@ -36,9 +36,9 @@ def train(
     and V_max. Rows without a value are left out. Errors are mean squares of outputs mapped to 0 .. 1, on rows for the
     training, for the test of that split, and on a tenth of all rows that no training saw.
     """
+    from gtm_fmu.files import check_writable
     from study.cli import show
     from study.emulator import INPUTS, SPEEDS
-    from study.files import writable_folder
     from study.model_training import train_model
     from study.progress import stages
     from study.samples import read_samples
@@ -52,9 +52,7 @@ def train(
         raise InputError("No inputs or no outputs were given: name at least one column of each.")
     if not all(size.strip().isdecimal() and int(size) > 0 for size in hidden.split(",")):
         raise InputError(f"--hidden was given as '{hidden}': give numbers of neurons, as 10 or 20,20.")
-    if output.is_dir():
-        raise InputError(f"--output '{output}' is a folder: name a file in it.")
-    writable_folder(output.parent)
+    check_writable(output)
     samples = read_samples(data, *columns)
     layers = tuple(int(size) for size in hidden.split(","))
     with stages(Console(stderr=True)) as stage, stage(f"Training on {len(samples.X)} rows") as advance:
@@ -166,8 +164,9 @@ def _results(model: Any, X: Any) -> tuple[Any, Any]:
 
 
 def _predict_table(model: Any, data: Path, output: Path) -> int:
-    from study.samples import columns, read_table, write_table
+    from study.samples import check_table, columns, read_table, write_table
 
+    check_table(output)
     table, _ = read_table(data)
     X = columns(table, [variable.name for variable in model.inputs], data)
     values, deviations = _results(model, X)
@@ -204,6 +203,8 @@ def export(
 
     An FMU and the functions of C bear the name of the file; C comes with a header beside it.
     """
+    from gtm_fmu.files import check_writable
+
     given = {"fmu": fmu, "fmu3": fmu3, "c": c, "js": js, "numpy": numpy, "onnx": onnx, "onnx32": onnx32}
     given |= {"latex": latex, "text": text, "json": json}
     chosen = [name for name, is_chosen in given.items() if is_chosen]
@@ -211,6 +212,7 @@ def export(
         raise InputError(f"{len(chosen)} forms were chosen: give one of {', '.join(f'--{name}' for name in given)}.")
     if all_platforms and not (fmu or fmu3):
         raise InputError("--all-platforms is for an FMU: leave it out, or give --fmu or --fmu3.")
+    check_writable(output)
     model = load(model_file)
     if fmu or fmu3:
         from fmu_src.model_fmu import build_model

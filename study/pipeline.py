@@ -12,11 +12,12 @@ from rich.console import Console
 from gtm_fmu import dataset
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import writable_folder
 from sensitivity import plot_indices
 from study import comparisons, figures, published, report, survey_figures, surveys
 from study.emulator import RudderEmulator, train
 from study.family_figures import family_page, plot_family
-from study.files import save_figure, writable_folder, write_text
+from study.files import save_figure, write_text
 from study.fmus import build_fmu
 from study.progress import stages
 from surrogate import Network, Selection

@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from gtm_fmu.files import writable_folder
 from study import off_lattice, protocol_figures, published
 from study.emulator import INPUTS, SPEEDS
-from study.files import save_figure, writable_folder, write_text
+from study.files import save_figure, write_text
 from study.progress import Advance
 from surrogate import Schedule, Selection, Split, select_network, split_samples
 from surrogate.local_protocol import LocalSelection, select_local_models
@@ -85,7 +86,8 @@ class Protocol:
     def part(self, name: str, compute: Callable[[], tuple[dict[str, Any], dict[str, Figure]]]) -> dict[str, Any]:
         """Values of a part, from its file, or computed and kept, its figures first."""
         path = writable_folder(self.folder / "parts") / f"{name}.json"
-        with suppress(OSError, ValueError, KeyError, TypeError):  # missing or damaged: it is computed anew
+        # missing or damaged: it is computed anew
+        with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
             kept = json.loads(path.read_text(encoding="utf-8"))
             if (kept["lattice"], kept["rounds"]) == (self.lattice.key, self.rounds):
                 return kept

@@ -9,7 +9,8 @@ import typer
 from rich.console import Console
 
 from gtm_fmu.errors import InputError
-from study.files import writable_folder, write_text
+from gtm_fmu.files import writable_folder
+from study.files import write_text
 from study.progress import Advance, stages
 
 if TYPE_CHECKING:

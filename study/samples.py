@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gtm_fmu.errors import InputError
-from gtm_fmu.files import write_whole
+from gtm_fmu.files import check_writable, write_whole
 from surrogate import Variable
 
 if TYPE_CHECKING:
     import pandas as pd  # slow to import
     import xarray as xr
 
-ENDINGS = (".csv", ".parquet", ".zarr")
+WRITTEN_ENDINGS = (".csv", ".parquet")
+ENDINGS = (*WRITTEN_ENDINGS, ".zarr")
 UNITS = ("ft", "m", "mm", "kt", "kn", "m_s", "deg", "rad", "deg_s", "rad_s", "pct", "s", "N", "Pa")
 """Units that the end of a column's name may tell, as in ``altitude_ft``."""
 SPELLED = {"pct": "%", "m_s": "m/s", "deg_s": "deg/s", "rad_s": "rad/s"}
@@ -141,16 +142,27 @@ def _label(name: str, values: xr.Variable) -> str:
         return name
 
 
+def check_table(path: Path) -> None:
+    """Refuse a table that `write_table` could not write, before anything is computed for it.
+
+    Raises:
+        InputError: another ending, or a place that cannot be written.
+    """
+    if path.suffix not in WRITTEN_ENDINGS:
+        endings = " or ".join(WRITTEN_ENDINGS)
+        raise InputError(f"'{path}' is no table that can be written: give one ending in {endings}.")
+    check_writable(path)
+
+
 def write_table(table: pd.DataFrame, path: Path) -> Path:
     """Write a .csv or .parquet table in one piece.
 
     Raises:
         InputError: another ending, or a place that cannot be written.
     """
-    writers = {".csv": table.to_csv, ".parquet": table.to_parquet}
-    if path.suffix not in writers:
-        raise InputError(f"'{path}' is no table that can be written: give one ending in {' or '.join(writers)}.")
-    write_whole(path, lambda draft: writers[path.suffix](draft, index=False))
+    check_table(path)
+    write = table.to_csv if path.suffix == ".csv" else table.to_parquet
+    write_whole(path, lambda draft: write(draft, index=False))
     return path
 
 

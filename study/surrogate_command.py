@@ -56,14 +56,15 @@ def thrust_map(
 
     from rich.console import Console
 
+    from gtm_fmu.files import check_writable
     from gtm_fmu.thrust_survey import Nodes, survey
     from study import off_lattice
     from study.cli import show
-    from study.files import writable_folder
     from study.progress import stages
     from study.surrogate_study import measured_map
 
-    kept = writable_folder(output.parent) / f"{output.name}.unfinished.npz"
+    check_writable(output)
+    kept = check_writable(output.with_name(f"{output.name}.unfinished.npz"))
     with stages(Console(stderr=True)) as stage, stage("Thrust map") as advance:
         solved = survey(Nodes(), progress=advance, workers=workers, kept=kept)
     scores = measured_map(solved, off_lattice.load())

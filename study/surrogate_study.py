@@ -15,6 +15,7 @@ from rich.console import Console
 
 from gtm_fmu import dataset
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import writable_folder
 from gtm_fmu.results import provenance
 from gtm_fmu.thrust_map import ThrustMap
 from gtm_fmu.thrust_survey import Nodes, survey
@@ -31,7 +32,7 @@ from study.case_models import (
     surface_map,
 )
 from study.failure_sets import OTHER_FAILURES, other_sets, rudder_sets, solved
-from study.files import writable_folder, write_text
+from study.files import write_text
 from study.off_lattice import OffLattice
 from study.progress import Advance, stages
 
@@ -127,7 +128,7 @@ def _kept(folder: Path) -> dict[str, Any]:
         results = json.loads(path.read_text(encoding="utf-8"))
         if results["provenance"] != made_by:
             raise ValueError("it was made by another version or with other aerodynamic data")
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{path} cannot be continued ({error}); remove it to begin anew.") from None
     return results
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
+from gtm_fmu.files import write_whole
 from surrogate.evaluation import Variable
 from surrogate.local_models import LocalModelNetwork
 from surrogate.network import Network
@@ -25,20 +24,12 @@ Model = TypeVar("Model", Network, LocalModelNetwork)
 
 
 def write_model(model: Network | LocalModelNetwork, path: Path) -> None:
-    """Write the model to `path`, through a temporary file beside it."""
+    """Write the model to `path`, in one piece; ValueError where that is not possible."""
     [name] = (name for name, kind in FORMATS.items() if isinstance(model, kind))
     content = _plain(model)
     document = {"format": name, "version": VERSION, "checksum": _checksum(content), "model": content}
     text = json.dumps(document, sort_keys=True, allow_nan=False, separators=(",", ":")) + "\n"
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    except OSError as error:
-        raise ValueError(f"cannot write the model file '{path}' ({error.strerror}): choose another place.") from error
-    finally:
-        with suppress(OSError):
-            temporary.unlink()
+    write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
 
 
 def load_model(path: str | Path) -> Network | LocalModelNetwork:

@@ -145,13 +145,41 @@ def test_a_write_that_is_cut_off_leaves_the_earlier_store(lattice, tmp_path, mon
 
 def test_a_folder_that_cannot_be_written(lattice, tmp_path):
     (tmp_path / "file").write_text("no folder")
-    with pytest.raises(InputError, match=r"Cannot write .*lattice\.zarr: .*; choose a folder you may write to\."):
+    with pytest.raises(InputError, match=r"Cannot write .*file \(.*\); choose a folder you may write to\."):
         dataset.save(lattice, tmp_path / "file" / "lattice.zarr")
     if os.geteuid() == 0:
         return  # root may write anywhere
     tmp_path.chmod(0o500)
     with pytest.raises(InputError, match="Permission denied"):
         dataset.save(lattice, tmp_path / "lattice.zarr")
+
+
+@pytest.mark.parametrize("foreign", ["letters.zarr", "other.zarr", "file.zarr", "with_notes.zarr"])
+def test_nothing_but_an_earlier_store_is_replaced(lattice, tmp_path, foreign):
+    path = tmp_path / foreign
+    if foreign == "file.zarr":
+        path.write_text("Dear")
+    if foreign == "other.zarr":
+        lattice[["v_min"]].to_zarr(path, consolidated=False)
+    if foreign == "with_notes.zarr":
+        dataset.save(lattice, path)
+        (path / "notes.txt").write_text("mine")
+    if foreign == "letters.zarr":
+        path.mkdir()
+        (path / "letter.txt").write_text("Dear")
+    kept = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    with pytest.raises(InputError, match=r"is no data set of the study and is left as it is; choose another name\."):
+        dataset.save(lattice, path)
+    assert {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()} == kept
+
+
+def test_a_link_to_a_store_stays_one(lattice, tmp_path):
+    link, target = tmp_path / "link.zarr", tmp_path / "target.zarr"
+    dataset.save(lattice.isel(gamma=[0]), target)
+    link.symlink_to(target)
+    dataset.save(lattice, link)
+    assert link.is_symlink()
+    xr.testing.assert_identical(dataset.load(target), lattice)
 
 
 def damage_nothing(path):

@@ -9,8 +9,6 @@ machine.
 
 import argparse
 import io
-import os
-import tempfile
 import zipfile
 from fractions import Fraction
 from pathlib import Path
@@ -21,6 +19,7 @@ from scipy.io import loadmat
 
 from gtm_fmu.airframe.tables import DATA_FILE, LAYOUTS, Layout, load_tables
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import write_whole
 
 TOLERANCE = 1e-12
 """Largest residual allowed at a breakpoint."""
@@ -137,26 +136,21 @@ def refit(database: Path | str, output: Path | str = DATA_FILE) -> list[Refit]:
     """
     source, output = read_database(database), Path(output)
     members = {name: encode(name, LAYOUTS[name], *entry) for name, entry in source.items()}
-    try:
-        with tempfile.TemporaryDirectory(dir=output.parent) as folder:
-            draft = Path(folder) / output.name
-            write_members(draft, {key: array for table in members.values() for key, array in table.items()})
-            written = load_tables(draft)
-            account = [
-                _account(name, members[name], float(np.abs(written[name].values - values).max()))
-                for name, (_, values) in source.items()
-            ]
-            failed = [entry.table for entry in account if not entry.residual <= TOLERANCE]
-            if failed:
-                raise InputError(
-                    f"The stored form misses {database} by more than {TOLERANCE:g} in {', '.join(failed)}; "
-                    "give the polynomial-fit database, version 0.2."
-                )
-            os.replace(draft, output)
-    except OSError as error:
-        raise InputError(
-            f"The data file {output} cannot be written ({error.strerror or error}); give a file in a writable folder."
-        ) from error
+    account: list[Refit] = []
+
+    def write(draft: Path) -> None:
+        write_members(draft, {key: array for table in members.values() for key, array in table.items()})
+        written = load_tables(draft)
+        for name, (_, values) in source.items():
+            account.append(_account(name, members[name], float(np.abs(written[name].values - values).max())))
+        failed = [entry.table for entry in account if not entry.residual <= TOLERANCE]
+        if failed:
+            raise InputError(
+                f"The stored form misses {database} by more than {TOLERANCE:g} in {', '.join(failed)}; "
+                "give the polynomial-fit database, version 0.2."
+            )
+
+    write_whole(output, write)
     return account
 
 

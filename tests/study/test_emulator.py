@@ -175,7 +175,7 @@ class TestFiles:
         assert RudderEmulator.load(tmp_path).predict(5000, 1, (-7, 13)) == emulator.predict(5000, 1, (-7, 13))
 
     def test_folder_that_cannot_be_written(self, emulator, tmp_path):
-        with pytest.raises(InputError, match="cannot write the model file"):
+        with pytest.raises(InputError, match=r"Cannot write .*choose a folder"):
             emulator.save(tmp_path / "none")
 
     @pytest.mark.parametrize("change", [{"inputs": 2}, {"outputs": 0}])

@@ -165,7 +165,7 @@ class TestTrain:
     def test_a_folder_is_no_file(self, folder, command, tmp_path):
         code, _, error = command("train", folder / "wing.csv", *COLUMNS, "--output", tmp_path)
         assert code == 2
-        assert "is a folder: name a file in it." in error
+        assert "is a folder; name a file in it." in error
 
     def test_too_many_neurons_are_refused(self, folder, command, tmp_path, monkeypatch):
         def greedy(*_, **__):
@@ -277,7 +277,7 @@ class TestExport:
             (["MODEL", "--c", "--all-platforms", "--output", "x"], "--all-platforms is for an FMU"),
             (["MODEL", "--fmu", "--output", "my wing.fmu"], "choose letters, digits and _"),
             (["MODEL", "--c", "--output", "my wing.c"], "choose letters, digits and _, and the ending .c"),
-            (["MODEL", "--c", "--output", "absent/x.c"], "choose a folder you may write to"),
+            (["MODEL", "--c", "--output", "absent/folder/x.c"], "choose a folder you may write to"),
             (["DAMAGED", "--c", "--output", "x"], "is damaged"),
             (["FOREIGN", "--c", "--output", "x"], "holds no model"),
         ],

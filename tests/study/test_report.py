@@ -7,10 +7,11 @@ import pytest
 from matplotlib.figure import Figure
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import writable_folder
 from study import published
 from study.comparisons import SpeedsOverJams
 from study.figures import plot_speeds
-from study.files import save_figure, writable_folder, write_text
+from study.files import save_figure, write_text
 from study.report import markdown
 
 
@@ -126,7 +127,7 @@ class TestFiles:
         assert not list((tmp_path / "a" / "b").iterdir())
         (tmp_path / "file").touch()
         for path in (tmp_path / "file", tmp_path / "file" / "below"):
-            with pytest.raises(InputError, match=r"Cannot write to .*choose a folder you may write to"):
+            with pytest.raises(InputError, match=r"Cannot write .*choose a folder you may write to"):
                 writable_folder(path)
 
     def test_whole_or_not_at_all(self, tmp_path):
@@ -146,6 +147,6 @@ class TestFiles:
         (tmp_path / "folder").mkdir()
         (tmp_path / "file").touch()
         for place in ("folder", "file/below", "none/below"):
-            with pytest.raises(InputError, match=rf"Cannot write .*{place} \(.*\); choose a folder"):
+            with pytest.raises(InputError, match=rf"{place} (\(.*\); choose|is) a folder"):
                 write_text("text", tmp_path / place)
         assert sorted(found.name for found in tmp_path.iterdir()) == ["file", "folder"]

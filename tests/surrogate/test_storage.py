@@ -93,7 +93,7 @@ def test_a_network_that_lacks_a_part_is_refused(saved):
 def test_a_missing_file_and_a_missing_folder_are_told(selection, tmp_path):
     with pytest.raises(ValueError, match=r"cannot read .*nothing\.json.* \(No such file"):
         Network.load(tmp_path / "nothing.json")
-    with pytest.raises(ValueError, match=r"cannot write .*absent.* \(No such file"):
+    with pytest.raises(ValueError, match=r"Cannot write .*absent.* \(No such file"):
         selection.network.save(tmp_path / "absent" / "network.json")
 
 
