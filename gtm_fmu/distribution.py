@@ -23,6 +23,7 @@ from gtm_fmu import manoeuvre, results
 from gtm_fmu.cases import CaseTable
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.files import real_path
 from gtm_fmu.store import CaseStore, writer_lock
 
 PIECE = 128
@@ -65,7 +66,7 @@ def compute(
         InputError: bounds outside what is allowed, a store that is written by another process, damaged, or of another
             version or with other options; no room on the disk; no workers, or workers that fail.
     """
-    path = Path(path).absolute()
+    path = real_path(Path(path))
     manoeuvre.bounds(ControlLimits(), alpha_deg, phi_deg)
     if workers is not None and workers < 1:
         raise InputError(f"{workers} workers were asked for; ask for at least one.")

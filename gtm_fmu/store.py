@@ -1,7 +1,9 @@
 """The zarr store of a data set, filled chunk by chunk.
 
 Every input and result is an array over ``case``. A chunk is a slice of all of them; its files are each written in one
-piece, and ``finished`` last. So a store that was left at any moment holds whole chunks and knows which.
+piece, and ``finished`` last. So a store that was left at any moment holds whole chunks and knows which. ``checksum``
+binds the values of a case to each other and to its place, so that a chunk that was lost, changed or put in the place of
+another is noticed, and computed again.
 """
 
 import fcntl
@@ -11,7 +13,7 @@ import shutil
 import socket
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -25,9 +27,12 @@ from gtm_fmu import results
 from gtm_fmu.cases import CaseTable
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import real_path
 from gtm_fmu.inputs import attributes
 
-FINISHED = "finished"
+FINISHED, CHECKSUM = "finished", "checksum"
+METADATA, LOCK, NEW = "zarr.json", ".gtm-fmu.lock", ".gtm-fmu.new"
+_MAKE_ROOM = "finished chunks are kept: make room and give the same command again"
 SMALLEST_CHUNK, LARGEST_CHUNK = 64, 1024
 """Cases; in between some 64 chunks a store."""
 
@@ -40,34 +45,47 @@ def chunk_size(cases: int) -> int:
 
 def identity(table: CaseTable, options: Mapping[str, Any]) -> dict[str, Any]:
     """Attributes that tell what the values of a store follow from; a store is only continued if all are the same."""
-    versions = {f"{package}_version": version(package) for package in ("numpy", "scipy")}
+    versions = {f"{package}_version": version(package) for package in ("numpy", "scipy")} | {"store_version": "2"}
     core = {"core_sha256": hashlib.sha256(library_path().read_bytes()).hexdigest()}
     return results.provenance() | core | versions | table.describe() | dict(options)
 
 
 @contextmanager
 def writer_lock(path: Path) -> Iterator[None]:
-    """Sole right to write the store at ``path``; a lock that a dead process left does not count.
+    """Sole right to write the store at ``path``, under all its names; a lock that a dead process left does not count.
 
     Raises:
-        InputError: another process holds it, or the folder cannot be written.
+        InputError: another process holds it, something else than a store is there, or the folder cannot be written.
     """
-    lock = path.with_name(f".{path.name}.lock")
+    place = real_path(path)
+    try:
+        is_new = not place.exists()
+        if not (is_new or (place / METADATA).is_file() or _is_begun(place)):
+            raise _unreadable(path, ValueError("no store of a data set"))
+    except OSError as error:
+        raise _unwritable(path, error, "choose a folder you may write to") from None
+    lock = place / LOCK
     descriptor = _locked(lock, path)
     try:
-        os.ftruncate(descriptor, 0)
-        os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
+        try:
+            os.ftruncate(descriptor, 0)
+            os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
+        except OSError as error:
+            raise _unwritable(path, error, _MAKE_ROOM) from None
         yield
     finally:
         lock.unlink(missing_ok=True)
         os.close(descriptor)
+        if is_new:
+            with suppress(OSError):  # nothing was written
+                place.rmdir()
 
 
 def _locked(lock: Path, path: Path) -> int:
     while True:
         try:
             lock.parent.mkdir(parents=True, exist_ok=True)
-            descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o644)
+            descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
         except OSError as error:
             raise _unwritable(path, error, "choose a folder you may write to") from None
         try:
@@ -79,6 +97,12 @@ def _locked(lock: Path, path: Path) -> int:
         if lock.exists() and os.path.samestat(os.fstat(descriptor), lock.stat()):
             return descriptor
         os.close(descriptor)  # its last holder has just removed the file
+
+
+def _is_begun(path: Path) -> bool:
+    """Whether a folder is empty, or holds what a writer left that was stopped before the metadata, which come last."""
+    names = os.listdir(path) if path.is_dir() else [METADATA]
+    return METADATA not in names and (not names or LOCK in names)
 
 
 def _unwritable(path: Path, error: OSError, advice: str) -> InputError:
@@ -102,19 +126,30 @@ class CaseStore:
         self.path, self.table = path, table
         columns = table.columns
         self._schema = {column.name: attributes(column) for column in columns}
-        self._schema |= results.schema(tuple(self._schema)) | {FINISHED: (np.dtype(bool), {})}
+        self._schema |= results.schema(tuple(self._schema))
+        self._schema |= {CHECKSUM: (np.dtype(np.uint64), {}), FINISHED: (np.dtype(bool), {})}
         self._chunk = chunk or table.block(chunk_size(len(table)))
         self._identity = identity(table, options) | {"chunk": self._chunk}
-        is_new = not path.exists() or (path.is_dir() and not any(path.iterdir()))
-        self._arrays = None if is_new else self._open()
+        self._arrays = None if not path.exists() or _is_begun(path) else self._open()
 
     def _create(self) -> dict[str, zarr.Array]:
-        partial = self.path.with_name(f".{self.path.name}.partial")
-        shutil.rmtree(partial, ignore_errors=True)
         title = "Lowest and highest speed of steady manoeuvres of the GTM-T2 with failed controls"
         names = [column.name for column in self.table.columns]
         described_all = {"title": title, "coordinates": " ".join(names), **self._identity}
-        group = zarr.create_group(partial, attributes=described_all)
+        new = self.path / NEW
+        try:
+            self._describe(new, described_all)
+            for file in sorted(new.rglob(METADATA), key=lambda file: -len(file.parts)):  # the group's is last
+                place = self.path / file.relative_to(new)
+                place.parent.mkdir(exist_ok=True)
+                os.replace(file, place)
+        finally:
+            shutil.rmtree(new, ignore_errors=True)
+        return self._open()
+
+    def _describe(self, folder: Path, described_all: dict[str, Any]) -> None:
+        shutil.rmtree(folder, ignore_errors=True)  # of a writer that was stopped
+        group = zarr.create_group(folder, attributes=described_all)
         for name, (dtype, described) in self._schema.items():
             group.create_array(
                 name,
@@ -128,9 +163,7 @@ class CaseStore:
             )
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Consolidated metadata")  # readers ask for it
-            zarr.consolidate_metadata(partial)
-        os.replace(partial, self.path)
-        return self._open()
+            zarr.consolidate_metadata(folder)
 
     def _open(self) -> dict[str, zarr.Array]:
         try:
@@ -146,6 +179,7 @@ class CaseStore:
             raise _unreadable(self.path, error) from None
         for leftover in self.path.glob("*/c/*.partial"):  # of a writer that was stopped
             leftover.unlink()
+        shutil.rmtree(self.path / NEW, ignore_errors=True)
         return arrays
 
     def _check_identity(self, stored: Mapping[str, Any]) -> None:
@@ -163,19 +197,33 @@ class CaseStore:
                 )
 
     def unfinished(self) -> list[range]:
-        """Cases of every chunk that is still to be computed, also of one of which a file was removed."""
+        """Cases of every chunk that is still to be computed, also of one that was damaged, or lost a file.
+
+        Raises:
+            InputError: the store cannot be read, or a folder lies in the place of a chunk.
+        """
         starts = range(0, len(self.table), self._chunk)
         chunks = [range(start, min(start + self._chunk, len(self.table))) for start in starts]
         if self._arrays is None:
             return chunks
-        try:
-            finished = np.asarray(self._arrays[FINISHED][:])
-        except Exception as error:
-            raise _unreadable(self.path, error) from None
-        return [cases for k, cases in enumerate(chunks) if not (finished[cases.start] and self._complete(k))]
+        return [cases for k, cases in enumerate(chunks) if not (self._complete(k) and self._holds(cases))]
 
     def _complete(self, k: int) -> bool:
-        return all((self.path / name / "c" / str(k)).exists() for name in self._schema)
+        files = [self.path / name / "c" / str(k) for name in self._schema]
+        if folder := next((file for file in files if file.is_dir()), None):
+            raise InputError(f"{folder} is a folder in the place of a chunk; remove it and give the command again.")
+        return all(file.is_file() for file in files)
+
+    def _holds(self, cases: range) -> bool:
+        """Whether a chunk is finished and holds what was written."""
+        assert self._arrays is not None
+        try:
+            columns = {name: np.asarray(array[cases.start : cases.stop]) for name, array in self._arrays.items()}
+        except OSError as error:
+            raise _unreadable(self.path, error) from None
+        except Exception:  # of a chunk that is damaged, codecs raise errors of all kinds
+            return False
+        return bool(columns.pop(FINISHED).all()) and not _damaged(columns, cases.start).any()
 
     def write(self, cases: range, found: Mapping[str, np.ndarray]) -> None:
         """Write the inputs and the results of a whole chunk, and last that it is finished.
@@ -185,14 +233,38 @@ class CaseStore:
         """
         inputs = self.table.rows(cases.start, cases.stop).T
         columns = dict(zip((column.name for column in self.table.columns), inputs, strict=True)) | dict(found)
+        columns = {name: values.astype(self._schema[name][0]) for name, values in columns.items()}
+        columns[CHECKSUM] = _checksums(columns, cases.start)
         columns[FINISHED] = np.ones(len(cases), dtype=bool)
         try:
             self._arrays = self._arrays or self._create()
             for name, values in columns.items():
-                self._arrays[name][cases.start : cases.stop] = values.astype(self._schema[name][0])
+                self._arrays[name][cases.start : cases.stop] = values
         except OSError as error:
-            advice = "finished chunks are kept: make room and give the same command again"
-            raise _unwritable(self.path, error, advice) from None
+            raise _unwritable(self.path, error, _MAKE_ROOM) from None
+
+
+def _checksums(columns: Mapping[str, np.ndarray], start: int) -> np.ndarray:
+    """A number for each case (n) of its place in the data set and all its values."""
+    count = len(next(iter(columns.values())))
+    numbered = {"": np.arange(start, start + count)} | dict(sorted(columns.items()))
+    rows = np.hstack([_bytes(values) for values in numbered.values()])
+    digests = b"".join(hashlib.blake2b(row, digest_size=8).digest() for row in rows)
+    return np.frombuffer(digests, dtype="<u8").astype(np.uint64)
+
+
+def _bytes(values: np.ndarray) -> np.ndarray:
+    """Values as bytes (n, size), the same on every machine; one NaN is as good as another."""
+    if values.dtype.kind == "f":
+        values = np.where(np.isnan(values), np.nan, values)
+    little_endian = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
+    return little_endian.view(np.uint8).reshape(len(values), -1)
+
+
+def _damaged(columns: Mapping[str, np.ndarray], start: int) -> np.ndarray:
+    """Which cases (n) do not hold what was written."""
+    values = dict(columns)
+    return values.pop(CHECKSUM) != _checksums(values, start)
 
 
 def _unreadable(path: Path, error: Exception) -> InputError:
@@ -201,15 +273,21 @@ def _unreadable(path: Path, error: Exception) -> InputError:
 
 
 def open_cases(path: str | Path) -> xr.Dataset:
-    """The data set of a store, finished or not, read from disk only where it is looked at.
+    """The data set of a store, finished or not, read from disk only where it is looked at; `slices` finds damage.
 
     Raises:
-        InputError: there is none, or it is damaged.
+        InputError: there is none, or its metadata are damaged.
     """
+    return _open_all(path).drop_vars(CHECKSUM)
+
+
+def _open_all(path: str | Path) -> xr.Dataset:
     try:
-        data = xr.open_zarr(path, consolidated=False, chunks=None, decode_coords=False)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message=rf"Object at {LOCK}")  # it is being written
+            data = xr.open_zarr(path, consolidated=False, chunks=None, decode_coords=False)
         inputs = data.attrs.pop("coordinates").split()
-        return data[[*inputs, *results.schema(inputs), FINISHED]].set_coords(inputs)
+        return data[[*inputs, *results.schema(inputs), CHECKSUM, FINISHED]].set_coords(inputs)
     except Exception as error:
         raise _unreadable(Path(path), error) from None
 
@@ -218,17 +296,19 @@ def slices(path: str | Path, names: Sequence[str] | None = None) -> Iterator[xr.
     """The data set of a store chunk by chunk, in memory; only the variables ``names`` if they are given.
 
     Raises:
-        InputError: there is none, or a chunk is damaged.
+        InputError: there is none, or a chunk is damaged, of whichever variable.
     """
-    data = open_cases(path)
+    data = _open_all(path)
     step, cases = int(data.attrs["chunk"]), data.sizes["case"]
     for start in range(0, cases, step):
-        chunk = data.isel(case=slice(start, start + step))
         try:
-            loaded = (chunk if names is None else chunk[list(names)]).load()
+            chunk = data.isel(case=slice(start, start + step)).load()
+            columns = {str(name): values.values for name, values in chunk.variables.items() if name != FINISHED}
+            if (chunk[FINISHED].values & _damaged(columns, start)).any():
+                raise ValueError("the values are not those that were written")
         except Exception as error:
             raise InputError(
-                f"{path} is damaged at cases {start} to {min(start + step, cases) - 1} ({error}); remove the file "
-                f"finished/c/{start // step} from it and give the command that made it again."
+                f"{path} is damaged at cases {start} to {min(start + step, cases) - 1} ({error}); give the command "
+                "that made it again, which computes them anew."
             ) from None
-        yield loaded
+        yield chunk.drop_vars(CHECKSUM) if names is None else chunk[list(names)]

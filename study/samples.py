@@ -117,16 +117,17 @@ def read_table(path: str | Path) -> tuple[pd.DataFrame, dict[str, str]]:
 
 def _read_zarr(path: Path) -> tuple[pd.DataFrame, dict[str, str]]:
     """A store of `gtm-fmu dataset`, a lattice of the study, or any other data set: one column a variable."""
+    import pandas as pd
     import xarray as xr
 
     from gtm_fmu import dataset as lattice
     from gtm_fmu.export import frame
-    from gtm_fmu.store import FINISHED, open_cases
+    from gtm_fmu.store import FINISHED, slices
 
     data = xr.open_zarr(path, consolidated=False)
     units = {_label(str(name), values): values.attrs.get("units", "") for name, values in data.variables.items()}
     if FINISHED in data:
-        return frame(open_cases(path)), units
+        return pd.concat(map(frame, slices(path)), ignore_index=True), units
     labels = {name: _label(str(name), values) for name, values in data.variables.items()}
     whole = lattice.load(path) if lattice.CHECKSUM in data.attrs else data.load()
     return whole.to_dataframe().reset_index().rename(columns=labels), units

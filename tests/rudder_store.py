@@ -6,7 +6,7 @@ import numpy as np
 
 from gtm_fmu.axes import levels, limit_levels
 from gtm_fmu.cases import CaseTable
-from gtm_fmu.store import CaseStore
+from gtm_fmu.store import CaseStore, writer_lock
 
 OPTIONS = {"alpha_deg": [-5.0, 10.5], "phi_deg": [-30.0, 30.0]}
 CHUNK = 4
@@ -27,7 +27,8 @@ TABLE = jams(0.0, 3.0, 10.0, 14.5, 22.0, 30.0)
 
 
 def fill(path: Path, found: dict[str, np.ndarray], *chunks: range) -> Path:
-    store = CaseStore(path, TABLE, OPTIONS, CHUNK)
-    for cases in chunks or store.unfinished():
-        store.write(cases, {name: values[cases.start : cases.stop] for name, values in found.items()})
+    with writer_lock(path):
+        store = CaseStore(path, TABLE, OPTIONS, CHUNK)
+        for cases in chunks or store.unfinished():
+            store.write(cases, {name: values[cases.start : cases.stop] for name, values in found.items()})
     return path

@@ -23,7 +23,7 @@ from gtm_fmu.envelope import envelope
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits
 from gtm_fmu.inputs import INPUTS
-from gtm_fmu.store import CaseStore, chunk_size, open_cases, slices, writer_lock
+from gtm_fmu.store import LOCK, METADATA, CaseStore, chunk_size, open_cases, slices, writer_lock
 from tests.rudder_store import CHUNK, OPTIONS, TABLE, fill, jams
 
 
@@ -153,12 +153,47 @@ class TestDamage:
         assert files(path) == before
 
     @pytest.mark.parametrize("scratch", [lambda raw: raw[:-3], lambda raw: raw[:9] + bytes([raw[9] ^ 1]) + raw[10:]])
-    def test_scratched_chunk(self, path, scratch):
+    def test_scratched_chunk(self, path, scratch, found):
+        before = files(path)
         file = path / "v_max" / "c" / "1"
         file.write_bytes(scratch(file.read_bytes()))
-        with pytest.raises(InputError, match=r"damaged at cases 4 to 5 .*remove the file finished/c/1 from it"):
+        for names in (None, ["v_min"]):
+            with pytest.raises(InputError, match=r"damaged at cases 4 to 5 .*give the command that made it again"):
+                list(slices(path, names))
+        assert CaseStore(path, TABLE, OPTIONS, CHUNK).unfinished() == [range(4, 6)]
+        assert files(fill(path, found)) == before
+
+    @pytest.mark.parametrize("name", ["v_max", "rudder_lower", "limits_at_v_min", "checksum", "all of them"])
+    def test_chunk_in_the_place_of_another(self, tmp_path, found, name):
+        """Each carries a valid check value of its own content."""
+        six = {column: np.concatenate([values, values[:2]]) for column, values in found.items()}
+        path = tmp_path / "eight.zarr"
+        eight = jams(0.0, 3.0, 10.0, 14.5, 22.0, 30.0, 0.5, 3.5)
+        with writer_lock(path):
+            store = CaseStore(path, eight, OPTIONS, CHUNK)
+            for cases in store.unfinished():
+                store.write(cases, {column: values[cases.start : cases.stop] for column, values in six.items()})
+        assert len(list(slices(path))) == 2
+        for folder in path.iterdir() if name == "all of them" else [path / name]:
+            if folder.is_dir():
+                shutil.copy(folder / "c" / "0", folder / "c" / "1")
+        assert CaseStore(path, eight, OPTIONS, CHUNK).unfinished() == [range(4, 8)]
+        with pytest.raises(InputError, match=r"damaged at cases 4 to 7 \(the values are not those"):
+            list(slices(path, ["feasible"]))
+
+    def test_folder_in_the_place_of_a_chunk(self, path):
+        (path / "v_max" / "c" / "1").unlink()
+        (path / "v_max" / "c" / "1").mkdir()
+        with pytest.raises(InputError, match="damaged at cases 4 to 5"):
             list(slices(path))
-        assert len(list(slices(path, ["v_min"]))) == 2
+        with pytest.raises(InputError, match=r"v_max/c/1 is a folder in the place of a chunk; remove it and give"):
+            CaseStore(path, TABLE, OPTIONS, CHUNK).unfinished()
+
+    def test_lost_chunk_is_no_infeasible_case(self, path):
+        """Zarr reads a missing chunk as NaN."""
+        (path / "v_max" / "c" / "0").unlink()
+        with pytest.raises(InputError, match="damaged at cases 0 to 3"):
+            list(slices(path))
 
     def test_left_part_of_a_stopped_writer(self, path, found):
         before = files(path)
@@ -237,8 +272,26 @@ class TestRefusal:
 
     def test_unwritable_folder(self, tmp_path):
         (tmp_path / "file").touch()
-        with pytest.raises(InputError, match="choose a folder you may write to"), writer_lock(tmp_path / "file" / "a"):
-            pass
+        for place in (tmp_path / "file" / "a", tmp_path / ("n" * 300), tmp_path / "/".join(["deep"] * 1000)):
+            with pytest.raises(InputError, match="choose a folder you may write to"), writer_lock(place):
+                pass
+
+    def test_nothing_but_a_store_is_locked(self, tmp_path):
+        (tmp_path / "letters").mkdir()
+        (tmp_path / "letters" / "a.txt").write_text("Dear")
+        os.mkfifo(tmp_path / "pipe")
+        kept = sorted(tmp_path.rglob("*"))
+        for place in ("letters", "letters/a.txt", "pipe", "/", "."):
+            with pytest.raises(InputError, match="is no readable data set"), writer_lock(tmp_path / place):
+                pass
+        assert sorted(tmp_path.rglob("*")) == kept
+
+    def test_a_folder_is_only_kept_if_something_was_written(self, tmp_path):
+        (tmp_path / "mine").mkdir()
+        for name in ("mine", "new"):
+            with writer_lock(tmp_path / name):
+                pass
+        assert [path.name for path in tmp_path.iterdir()] == ["mine"]
 
 
 HOLD = """
@@ -267,11 +320,19 @@ class TestLock:
             with pytest.raises(InputError, match=sentence), writer_lock(path):
                 pass
 
+    def test_it_is_the_store_that_is_locked_and_not_its_name(self, holder):
+        process, path = holder
+        path.with_name("link.zarr").symlink_to(path)
+        path.with_name("folder").symlink_to(path.parent)
+        for name in (path.with_name("link.zarr"), path.parent / "folder" / path.name):
+            with pytest.raises(InputError, match=f"is being written by process {process.pid}"), writer_lock(name):
+                pass
+
     def test_lock_of_a_dead_process_is_taken_over(self, holder):
         process, path = holder
         process.send_signal(signal.SIGKILL)
         process.wait()
-        lock = path.with_name(".a.zarr.lock")
+        lock = path / LOCK
         assert str(process.pid) in lock.read_text()
         with writer_lock(path):
             assert f"process {os.getpid()} on" in lock.read_text()
@@ -283,7 +344,7 @@ class TestLock:
 
         def remove_once(descriptor, operation):
             if not seen:
-                path.with_name(".a.zarr.lock").unlink()
+                (path / LOCK).unlink()
             seen.append(descriptor)
             flock(descriptor, operation)
 
@@ -292,6 +353,16 @@ class TestLock:
             assert len(seen) == 2
             with pytest.raises(InputError, match=f"process {os.getpid()} on"), writer_lock(path):
                 pass
+
+
+def test_writer_that_was_stopped_before_the_metadata(tmp_path, found):
+    """They are moved into the folder one by one, those of the group last."""
+    whole, path = fill(tmp_path / "whole.zarr", found), tmp_path / "a.zarr"
+    (path / "v_min").mkdir(parents=True)
+    shutil.copy(whole / "v_min" / METADATA, path / "v_min" / METADATA)
+    (path / ".gtm-fmu.new").mkdir()
+    (path / LOCK).write_text("process 1 on nowhere")
+    assert files(fill(path, found)) == files(whole)
 
 
 def fill_up(folder: Path) -> None:
