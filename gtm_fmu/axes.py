@@ -18,6 +18,8 @@ from gtm_fmu.inputs import CHOICES, LIMITED, QUANTITIES, Column, limit_columns
 from gtm_fmu.manoeuvre import check_pair, check_range
 
 T = TypeVar("T")
+MOST_LEVELS = 250_000
+"""Values of an axis, or pairs of limits, as of some 700 positions; all of them are in memory and in a store."""
 
 
 class Axis(Protocol):
@@ -53,6 +55,7 @@ class Levels:
     def __post_init__(self):
         if not self.values:
             raise InputError(f"The lattice is empty: no level of {self.name}; give at least one.")
+        check_count(self.name, len(self.values))
 
     def __len__(self) -> int:
         return len(self.values)
@@ -143,6 +146,18 @@ def _entry(inputs: Mapping[str, T], name: str) -> T:
         raise InputError(f"There is no such input as {name!r} here; choose one of {', '.join(inputs)}.") from None
 
 
+def check_count(name: str, count: int) -> None:
+    """Refuse more levels than an axis may have, before they are made.
+
+    Raises:
+        InputError: more than `MOST_LEVELS`.
+    """
+    if count > MOST_LEVELS:
+        raise InputError(
+            f"{count} levels or pairs of levels of {name.replace('_', ' ')} are too many; take {MOST_LEVELS} at most."
+        )
+
+
 def _spelled(column: Column) -> str:
     return column.name.replace("_", " ") + (f" in {column.units}" if column.units != "1" else "")
 
@@ -199,8 +214,14 @@ def limit_levels(control: str, pairs: Iterable[Sequence[float]]) -> Levels:
 
 
 def failure_levels(control: str, positions: Iterable[float]) -> Levels:
-    """All jams and restrictions of a control between the positions: 28 for the paper's seven of the rudder."""
-    return limit_levels(control, combinations_with_replacement(sorted(positions), 2))
+    """All jams and restrictions of a control between the positions: 28 for the paper's seven of the rudder.
+
+    Raises:
+        InputError: as `limit_levels`, or too many.
+    """
+    ordered = sorted(positions)
+    check_count(control, len(ordered) * (len(ordered) + 1) // 2)
+    return limit_levels(control, combinations_with_replacement(ordered, 2))
 
 
 def limits_span(control: str, lower: float, upper: float, jam_share: float = 0.0) -> Axis:

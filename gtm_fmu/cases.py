@@ -19,8 +19,8 @@ from gtm_fmu.inputs import CONDITION, LIMITED, NAMES, Column
 
 LARGEST_LATIN_HYPERCUBE = 20_000_000
 """Numbers in the largest one, cases times dimensions: its permutations have to be in memory all at once."""
-LARGEST_SOBOL = 2**30
-"""Points of SciPy's sequence."""
+LARGEST = 100_000_000
+"""Cases of the largest data set: some hundred thousand chunks, a month of a hundred cores."""
 
 
 class Sampling(StrEnum):
@@ -46,14 +46,16 @@ class CaseTable:
         """Every combination of levels; the last axis varies fastest. Controls without an axis keep their range.
 
         Raises:
-            InputError: an axis that has no levels, is missing or given twice.
+            InputError: an axis that has no levels, is missing or given twice; too many cases.
         """
         complete = _complete(axes)
         for axis in complete:
             if not isinstance(axis, Levels):
                 raise InputError(f"{axis.name} has no levels; a lattice needs some on every axis.")
-        table = cls(complete, Sampling.LATTICE, 0)
-        return cls(complete, Sampling.LATTICE, math.prod(table._lattice_sizes))
+        cases = math.prod(cls(complete, Sampling.LATTICE, 0)._lattice_sizes)
+        if cases > LARGEST:
+            raise _too_large(cases)
+        return cls(complete, Sampling.LATTICE, cases)
 
     @classmethod
     def sampled(cls, axes: Iterable[Axis], sampling: Sampling, cases: int, seed: int = 0) -> "CaseTable":
@@ -65,6 +67,8 @@ class CaseTable:
         table = cls(_complete(axes), sampling, cases, seed)
         if cases < 1:
             raise InputError(f"{cases} cases were asked for; ask for at least one.")
+        if cases > LARGEST:
+            raise _too_large(cases)
         if seed < 0:
             raise InputError(f"The seed {seed} is negative; give 0 or more.")
         if not table._dimensions:
@@ -72,8 +76,6 @@ class CaseTable:
         if sampling == Sampling.LATIN_HYPERCUBE and cases * table._dimensions > LARGEST_LATIN_HYPERCUBE:
             largest = LARGEST_LATIN_HYPERCUBE // table._dimensions
             raise InputError(f"A Latin hypercube of {cases} cases is too large; take up to {largest}, or sobol.")
-        if sampling == Sampling.SOBOL and cases > LARGEST_SOBOL:
-            raise InputError(f"The Sobol sequence has {LARGEST_SOBOL} points, {cases} were asked for; take random.")
         return table
 
     def __len__(self) -> int:
@@ -144,6 +146,10 @@ class CaseTable:
         from scipy.stats import qmc
 
         return qmc.LatinHypercube(self._dimensions, rng=self.seed).random(self.cases)
+
+
+def _too_large(cases: int) -> InputError:
+    return InputError(f"A data set of {cases} cases is too large; take up to {LARGEST}.")
 
 
 def _complete(axes: Iterable[Axis]) -> tuple[Axis, ...]:

@@ -15,7 +15,7 @@ from typing import Any
 import dask
 import numpy as np
 from dask.system import CPU_COUNT
-from distributed import CancelledError, Client, KilledWorker, LocalCluster, as_completed
+from distributed import CancelledError, Client, KilledWorker, LocalCluster, Security, as_completed
 from distributed.comm import CommClosedError, get_address_host_port
 from distributed.utils import silence_logging_cmgr
 
@@ -30,6 +30,8 @@ PIECE = 128
 """Cases a task at most: some seconds of work, against which its way there and back is short."""
 WORKER_MEMORY = "500MB"
 """A worker that takes more is started anew."""
+MOST_WORKERS = 1024
+_ENCRYPTED = ("tls:", "wss:")
 _LOST = (CancelledError, CommClosedError, TimeoutError)
 _PIECES_A_THREAD = 2
 _RETRIES = 3
@@ -68,8 +70,8 @@ def compute(
     """
     path = real_path(Path(path))
     manoeuvre.bounds(ControlLimits(), alpha_deg, phi_deg)
-    if workers is not None and workers < 1:
-        raise InputError(f"{workers} workers were asked for; ask for at least one.")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"{workers} workers were asked for; ask for 1 to {MOST_WORKERS}.")
     options = {"alpha_deg": list(alpha_deg), "phi_deg": list(phi_deg)}
     with writer_lock(path):
         store = CaseStore(path, table, options, chunk)
@@ -91,6 +93,8 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
                 address = stack.enter_context(_local_cluster(workers or CPU_COUNT))
             else:
                 get_address_host_port(scheduler)
+                if scheduler.startswith(_ENCRYPTED) and not Security().get_connection_args("client").get("ssl_context"):
+                    raise ValueError("dask has no certificates for TLS in its configuration")
                 address = scheduler
             client = stack.enter_context(Client(address, set_as_default=False, timeout=_CONNECTION_S))
             client.wait_for_workers(1, timeout=_WORKER_S)

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from gtm_fmu.axes import Axis, choices, failure_levels, levels, limit_levels, limits_span, span
+from gtm_fmu.axes import Axis, check_count, choices, failure_levels, levels, limit_levels, limits_span, span
 from gtm_fmu.cases import CaseTable, Sampling
 from gtm_fmu.errors import InputError
 from gtm_fmu.inputs import LIMITED, QUANTITIES, EngineOut
@@ -189,5 +189,6 @@ def _lattice_axes(name: str, given: _Input) -> list[Axis]:
         raise InputError(f"The lattice is empty: {count} levels of {_words(name)}; give at least one.")
     if (count == 1) != (lower == upper):
         raise InputError(f"{count} levels of {_words(name)} do not span {lower:g} .. {upper:g}; give another number.")
+    check_count(name, count)
     positions = np.linspace(lower, upper, count).tolist()
     return [levels(name, positions) if name in QUANTITIES else failure_levels(name, positions)]
