@@ -10,7 +10,15 @@ from functools import cache
 import numpy as np
 
 from fmu_src.description import DISPLAY_UNITS, ModelDescription, Variable, si
-from gtm_fmu.airframe.names import COEFFICIENTS, CONTROLS, LOOKUPS, OUTPUTS, STATES
+from gtm_fmu.airframe.names import (
+    COEFFICIENTS,
+    CONTROLS,
+    LOOKUPS,
+    OUTPUTS,
+    STATES,
+    control_variable,
+    state_variable,
+)
 from gtm_fmu.airframe.tables import LATERAL, LONGITUDINAL
 from gtm_fmu.core.generate import airframe_functions
 from gtm_fmu.failures import WIDEST
@@ -98,7 +106,7 @@ def _state(name: str) -> Variable:
     native, display, nominal, description = _STATES[name]
     unit, scale = _unit(native)
     return Variable(
-        name=f"state.{name}",
+        name=state_variable(name),
         description=description,
         causality="output",
         initial="exact",
@@ -106,7 +114,7 @@ def _state(name: str) -> Variable:
         display_unit=display,
         start=si(_START.get(name, 0.0), native),
         nominal=nominal,
-        depends_on=(f"state.{name}",),
+        depends_on=(state_variable(name),),
         scale=scale,
     )
 
@@ -131,7 +139,7 @@ def _control(name: str, least: float, greatest: float) -> Variable:
     display, nominal, description = _CONTROLS[name]
     unit, scale = _unit(display)
     return Variable(
-        name=f"control.{name}",
+        name=control_variable(name),
         description=f"{description}; held inside limits.{name}",
         causality="input",
         unit=unit,
@@ -187,7 +195,7 @@ def _limits(control: Variable) -> tuple[Variable, Variable]:
 def _structure() -> dict[str, dict[str, tuple[str, ...]]]:
     """Known variables (states and controls) that each derivative and output of the airframe depends on, by its name."""
     functions = {function.name(): function for function in airframe_functions()}
-    knowns = [f"state.{name}" for name in STATES] + [f"control.{name}" for name in CONTROLS]
+    knowns = [state_variable(name) for name in STATES] + [control_variable(name) for name in CONTROLS]
 
     def pattern(function: str, argument: int) -> np.ndarray:
         sparsity = functions[function].jac_sparsity(0, argument)

@@ -6,17 +6,32 @@ from typing import Any
 
 import numpy as np
 
+from gtm_fmu import airspeed
 from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
-from gtm_fmu.airframe.names import FULL_TRIM_UNKNOWNS, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import (
+    CONTROLS,
+    FULL_TRIM_UNKNOWNS,
+    OUTPUTS,
+    STATES,
+    TRIM_UNKNOWNS,
+    control_variable,
+    state_variable,
+)
+from gtm_fmu.core import configuration as configured
 from gtm_fmu.core import motion, solver
 from gtm_fmu.core.configuration import Configuration, trim_residual
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Failure, Range
-from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
+from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, M_PER_FT, RAD_PER_DEG
 
 ALPHA_DEG: Range = (-5.0, 10.5)
 PHI_DEG: Range = (-30.0, 30.0)
 """Bounds of the study on alpha and phi (SPEC 9, paper Fig. 8)."""
+
+WIDEST_ALPHA_DEG: Range = (-20.0, 40.0)
+WIDEST_PHI_DEG: Range = (-80.0, 80.0)
+BETA_DEG: Range = (-45.0, 45.0)
+"""Widest bounds that may be asked for; sideslip as far as the aerodynamic tables go."""
 
 ALTITUDE_FT: Range = (0.0, math.floor(TROPOPAUSE_FT))
 GAMMA_DEG: Range = (-45.0, 45.0)
@@ -24,10 +39,13 @@ TAS_KT: Range = (20.0, 350.0)
 TURN_RATE_DEG_S: Range = (-90.0, 90.0)
 """What may be asked: the atmosphere's first layer, and speeds, paths and turns that hold every trim of the model."""
 
-_WIDEST_BETA_DEG = 45.0  # of the aerodynamic tables
 _HELD_TOLERANCE = 1e-6  # of an unknown's typical size: closer to a bound than this is held by it
 CONVERGED_RESIDUAL = 1e-9
 """Largest acceleration of a converged trim, ft/s^2 and rad/s^2 alike."""
+
+STATE_SI = np.where(np.isin(STATES, ("u", "v", "w", "altitude")), M_PER_FT, 1.0)
+CONTROL_SI = np.array([RAD_PER_DEG, RAD_PER_DEG, RAD_PER_DEG, 0.01])
+"""SI units in one of the airframe's, of the states and the controls."""
 
 _UNIT = np.array([KT_PER_FT_S, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD])
 V, ALPHA, BETA, PSI_DOT, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE = range(len(TRIM_UNKNOWNS))
@@ -89,16 +107,17 @@ def bounds(
     phi_deg: Range = PHI_DEG,
     tas_kt: Range = TAS_KT,
     turn_rate_deg_s: Range = TURN_RATE_DEG_S,
+    beta_deg: Range = BETA_DEG,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper bounds (9 each) of the trim unknowns in the core's units; equal ends hold an unknown.
 
     There are 10 each where a failure leaves both engines running with a throttle of their own.
     """
-    alpha_deg = check_pair("alpha in deg", alpha_deg, (-20.0, 20.0))
-    phi_deg = check_pair("phi in deg", phi_deg, (-80.0, 80.0))
+    alpha_deg = check_pair("alpha in deg", alpha_deg, WIDEST_ALPHA_DEG)
+    phi_deg = check_pair("phi in deg", phi_deg, WIDEST_PHI_DEG)
     tas_kt = check_pair("tas in kt", tas_kt, TAS_KT)
     turn_rate_deg_s = check_pair("turn rate in deg/s", turn_rate_deg_s, TURN_RATE_DEG_S)
-    beta_deg = (-_WIDEST_BETA_DEG, _WIDEST_BETA_DEG)
+    beta_deg = check_pair("beta in deg", beta_deg, BETA_DEG)
     angles = np.array([tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg]) / _UNIT[:, None]
     return np.append(angles[:, 0], limits.lower), np.append(angles[:, 1], limits.upper)
 
@@ -113,6 +132,12 @@ def limits_hit(y, lower, upper) -> tuple[str, ...]:
         if value >= high - slack:
             names.append(f"{name}.upper")
     return tuple(names)
+
+
+def load_factors(x, u, configuration: Configuration | None = None) -> np.ndarray:
+    """Load factor (..) of states x (.., 12) and controls u (.., 4 or 5); see `Trim.load_factor`."""
+    outputs = motion.outputs(x, u) if configuration is None else configured.outputs(x, u, configuration)
+    return -outputs[..., OUTPUTS.index("load_z")]
 
 
 @dataclass(frozen=True)
@@ -228,8 +253,39 @@ class Trim:
         """
         return solver.trim_states(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, self.unknowns, self.configuration)
 
+    @property
+    def eas_kt(self) -> float:
+        """Equivalent airspeed in kn."""
+        return airspeed.eas_of_tas(self.tas_kt, self.altitude_ft)
+
+    @property
+    def cas_kt(self) -> float:
+        """Calibrated airspeed in kn."""
+        return airspeed.cas_of_tas(self.tas_kt, self.altitude_ft)
+
+    @property
+    def load_factor(self) -> float:
+        """What an accelerometer along the body's upward axis reads, in g: ``load_z`` (SPEC 8) with the other sign."""
+        return float(load_factors(*self.state_and_controls, self.configuration))
+
+    def start_values(self) -> dict[str, float]:
+        """States and controls under the names of GtmDynamics and in SI, to start an FMU from; it flies on as it is.
+
+        Damage and engines that are out are not among them.
+
+        Raises:
+            InputError: each engine has a throttle, which no FMU has.
+        """
+        if self.throttle_pct is None:
+            raise InputError("Each engine of this trim has a throttle, but an FMU has one for both.")
+        x, u = self.state_and_controls
+        values = dict(zip(map(state_variable, STATES), (x * STATE_SI).tolist(), strict=True))
+        controls = u[: len(CONTROLS)] * CONTROL_SI
+        return values | dict(zip(map(control_variable, CONTROLS), controls.tolist(), strict=True))
+
     def to_dict(self) -> dict[str, Any]:
-        """All named values, ready for JSON."""
+        """All named values, ready for JSON, with the speeds and the load factor that follow from them."""
         names = [f.name for f in fields(self) if f.name not in ("unknowns", "failure")]
+        names += ["eas_kt", "cas_kt", "load_factor"]
         values = {name: value for name in names if (value := getattr(self, name)) is not None}
         return values | {"limits_hit": list(self.limits_hit)}

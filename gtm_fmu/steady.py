@@ -1,44 +1,97 @@
 """Many trims at once: the compiled batch solver (exact Newton on the six accelerations).
 
-With the rudder jammed, the trim at given altitude, speed, flight-path angle and turn rate is unique. With a movable
-rudder there is a family of them, and the one with the least sideslip is taken: beta = 0 wherever the limits allow it.
+A trim is settled by three conditions, one of which may be a jammed rudder (see `conditions`). Where there are fewer
+there is a family of trims, and the one with the least sideslip is taken: beta = 0 wherever the limits allow it.
 """
+
+from typing import Unpack
 
 import numpy as np
 
 from gtm_fmu import manoeuvre
+from gtm_fmu.conditions import Asked, Conditions, conditions
 from gtm_fmu.core import solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits, Failure, Range
 from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
 from gtm_fmu.units import FT_S_PER_KT, RAD_PER_DEG
 
+_SCANNED = 65
+_ZOOMED, _ZOOMS = 17, 13  # points, and how often their spacing becomes the range: 16^13 below rounding
+_MET = 1e-9  # g
+
 
 def trim(
     altitude_ft: float,
-    tas_kt: float,
+    tas_kt: float | None = None,
     gamma_deg: float = 0.0,
-    turn_rate_deg_s: float = 0.0,
+    turn_rate_deg_s: float | None = None,
     limits: ControlLimits | Failure | None = None,
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
+    **asked: Unpack[Asked],
 ) -> Trim:
-    """The trim with the least sideslip inside the limits, or the nearest to one.
+    """The trim that meets what is asked inside the limits, or the nearest to one.
 
-    Of separate throttles, where several trims have no sideslip, the ones closest together are taken.
+    With a movable rudder a speed and two conditions may be asked for, with a jammed one a speed and one: turn rate, bank,
+    sideslip, angle of attack, load factor. An angle of attack may also take the place of the speed. Where only a speed is
+    given the flight is straight. Of several trims the one with the least sideslip is taken; of a turn to either side the
+    one to the right, or the one that the bounds ``phi_deg`` leave. Of separate throttles, where several trims have no
+    sideslip, the ones closest together are taken.
+
+    Args:
+        asked: `conditions.Asked`, further conditions by name, or a speed as ``eas_kt`` or ``cas_kt``.
 
     Raises:
-        InputError: altitude, speed, flight path or bounds outside what is allowed.
+        InputError: altitude, speed, flight path, bounds or conditions outside what is allowed, or too many or too few.
     """
     altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
     gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
-    held = (tas_kt, tas_kt), (turn_rate_deg_s, turn_rate_deg_s)
     failure = Failure.of(limits)
-    lower, upper = manoeuvre.bounds(failure, alpha_deg, phi_deg, *held)
-    found = solver.trims([altitude_ft], [gamma_deg * RAD_PER_DEG], lower[None], upper[None], failure.airframe)
-    y, status = found.y[0], found.status[0]
+    wanted = conditions(altitude_ft, failure, alpha_deg, phi_deg, tas_kt, turn_rate_deg_s, asked)
+    lower, upper = wanted.bounds(failure, alpha_deg, phi_deg)
+    at = altitude_ft, gamma_deg * RAD_PER_DEG
+    if wanted.load_factor is None:
+        found = _at_rows(at, lower[None], upper[None], failure)
+        y, inside = found.y[0], found.status[0] == solver.TRIMMED
+    else:
+        y, inside = _with_load_factor(at, lower, upper, failure, wanted)
     hit = manoeuvre.limits_hit(y, lower, upper)
-    return Trim.of_unknowns(y, altitude_ft, gamma_deg, status == solver.TRIMMED, hit, failure)
+    return Trim.of_unknowns(y, altitude_ft, gamma_deg, inside, hit, failure)
+
+
+def _at_rows(at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, failure: Failure) -> solver.Solutions:
+    altitude, gamma = (np.full(len(lower), value) for value in at)
+    return solver.trims(altitude, gamma, lower, upper, failure.airframe)
+
+
+def _with_load_factor(
+    at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, failure: Failure, wanted: Conditions
+) -> tuple[np.ndarray, bool]:
+    """Unknowns of the trim with a load factor, and whether it is met inside the bounds.
+
+    Bank, or the turn rate where the bank is given, is scanned from side to side; of the places where the load factor is
+    passed the rightmost inside the bounds is closed in on.
+    """
+    k = wanted.turning
+
+    def scan(start: float, stop: float, points: int) -> tuple[solver.Solutions, np.ndarray]:
+        lowers, uppers = np.tile(lower, (points, 1)), np.tile(upper, (points, 1))
+        lowers[:, k] = uppers[:, k] = np.linspace(start, stop, points)
+        found = _at_rows(at, lowers, uppers, failure)
+        loads = manoeuvre.load_factors(*solver.trim_states(*at, found.y, failure.airframe), failure.airframe)
+        return found, np.where(found.status == solver.NO_TRIM, np.nan, loads - wanted.load_factor)
+
+    found, excess = scan(lower[k], upper[k], _SCANNED)
+    for _ in range(_ZOOMS):
+        passed = np.flatnonzero(excess[:-1] * excess[1:] <= 0)
+        if not len(passed):
+            break
+        place = max(passed, key=lambda place: (-max(found.status[place : place + 2]), place))
+        found, excess = scan(found.y[place, k], found.y[place + 1, k], _ZOOMED)
+    miss = np.where(np.isnan(excess), np.inf, np.abs(excess))
+    best = min(range(len(miss)), key=lambda row: (found.status[row], miss[row]) if len(passed) else miss[row])
+    return found.y[best], bool(found.status[best] == solver.TRIMMED and miss[best] <= _MET)
 
 
 def trims(

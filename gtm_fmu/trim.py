@@ -22,7 +22,7 @@ there are not smooth in y, have several local solutions, and the one found need 
 """
 
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 import casadi as ca
 import numpy as np
@@ -31,7 +31,9 @@ from gtm_fmu import manoeuvre
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
 from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES, TRIM_UNKNOWNS
 from gtm_fmu.airframe.steady_manoeuvre import steady_manoeuvre
+from gtm_fmu.conditions import Asked, conditions
 from gtm_fmu.core import solver
+from gtm_fmu.errors import InputError
 from gtm_fmu.evaluation import (
     ACCELERATIONS,
     ALTITUDE,
@@ -40,7 +42,7 @@ from gtm_fmu.evaluation import (
     FmuAirframe,
     FmuFunction,
 )
-from gtm_fmu.failures import ControlLimits, Range
+from gtm_fmu.failures import ControlLimits, Failure, Range
 from gtm_fmu.interrupt import held_interrupt
 from gtm_fmu.manoeuvre import (
     AILERON,
@@ -108,25 +110,31 @@ class FmuTrimmer:
     def trim(
         self,
         altitude_ft: float,
-        tas_kt: float,
+        tas_kt: float | None = None,
         gamma_deg: float = 0.0,
-        turn_rate_deg_s: float = 0.0,
+        turn_rate_deg_s: float | None = None,
         limits: ControlLimits | None = None,
         alpha_deg: Range = ALPHA_DEG,
         phi_deg: Range = PHI_DEG,
         warm_start: Trim | None = None,
+        **asked: Unpack[Asked],
     ) -> Trim:
-        """The trim with the least sideslip inside the limits, or the least cost J inside them.
+        """The trim that meets what is asked inside the limits, or the least cost J inside them.
 
         Args:
             warm_start: a trim to start from, for instance of a neighbouring condition.
+            asked: further conditions by name as of `steady.trim`, but for the load factor.
 
         Raises:
-            InputError: altitude, speed, flight path or bounds outside what is allowed.
+            InputError: altitude, speed, flight path, bounds or conditions outside what is allowed, or a load factor.
             FmuError: the FMU refuses an evaluation.
         """
-        held = (tas_kt, tas_kt), (turn_rate_deg_s, turn_rate_deg_s)
-        lower, upper = manoeuvre.bounds(limits or ControlLimits(), alpha_deg, phi_deg, *held)
+        altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
+        if asked.get("load_factor") is not None:
+            raise InputError("A trim over an FMU takes no load factor; give a bank or a turn rate, or trim the core.")
+        failure = Failure.of(limits)
+        wanted = conditions(altitude_ft, failure, alpha_deg, phi_deg, tas_kt, turn_rate_deg_s, asked)
+        lower, upper = wanted.bounds(failure, alpha_deg, phi_deg)
         return self.trim_within(altitude_ft, gamma_deg, lower, upper, warm_start)
 
     def trim_within(self, altitude_ft: float, gamma_deg: float, lower, upper, warm_start: Trim | None = None) -> Trim:

@@ -9,6 +9,17 @@ LINEAR_STATES = ("u", "v", "w", "p", "q", "r", "phi", "theta")
 CONTROLS = ("elevator", "aileron", "rudder", "throttle")
 """deg, deg, deg, % (SPEC 4)."""
 
+
+def state_variable(name: str) -> str:
+    """Name of a state in an FMU."""
+    return f"state.{name}"
+
+
+def control_variable(name: str) -> str:
+    """Name of a control in an FMU."""
+    return f"control.{name}"
+
+
 FULL_CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
 """Those of any configuration: the engines have a throttle each."""
 

@@ -116,7 +116,7 @@ void gtm_update_cell(const gtm_problem *p, gtm_cell *c, const double *y)
 
 void gtm_full_breakpoints(const gtm_configuration *c, int unknowns, long n, const double *y, unsigned char *is_on)
 {
-    const gtm_problem p = {{0, 0, 0}, c, unknowns, {0}};
+    const gtm_problem p = {{0, 0, 0}, c, unknowns, {0}, 0};
     memset(is_on, 0, (size_t)n * (size_t)unknowns);
     for (long row = 0; row < n; row++, y += unknowns, is_on += unknowns)
         for (int k = 0; k < GTM_KINKED; k++) {

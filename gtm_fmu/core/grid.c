@@ -54,7 +54,7 @@ static int trim_near(const gtm_problem *p, const double *lower, const double *up
     double objective[GTM_FULL_NT] = {0}, excess;
     const double sign = objective[BETA] = starts[BETA] < 0 ? -1 : 1;
     if (gtm_find_extreme(p, held_lower, held_upper, objective, 2, starts, y, &excess) != GTM_TRIMMED)
-        return gtm_scan_rudder(p, held_lower, held_upper, starts, y) != GTM_TRIMMED;
+        return gtm_scan_rudder(p, held_lower, held_upper, gtm_usual, starts, y) != GTM_TRIMMED;
     if (sign * y[BETA] < 0) {
         memcpy(starts, y, row);
         objective[BETA] = -sign;

@@ -115,7 +115,8 @@ GTM_API void gtm_full_trim_state(const gtm_configuration *c, double altitude, do
    throttle for the engines that run, or GTM_FULL_NT with one each. A control that nothing follows (its surfaces lost or
    jammed, its engine out) is held as near to zero as its bounds let it. */
 
-/* The trim with the least |beta|; V and psi_dot are held by their bounds. Without a trim, `violation` (scaled units,
+/* The trim with the least |beta| whose bounds hold two or three of V, psi_dot, phi, alpha and beta; where three are held,
+   or two and the rudder, there is no choice. Without a trim, `violation` (scaled units,
    0 inside the bounds) and `residual` (largest acceleration) say how far away y is.
    Of trims with separate throttles and no sideslip, the one with the least difference between them is taken. */
 GTM_API int gtm_full_trim(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,

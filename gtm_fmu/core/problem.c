@@ -27,7 +27,7 @@ static void mark_dead(gtm_problem *p)
 
 gtm_problem gtm_problem_at(const gtm_configuration *c, int unknowns, double altitude, double gamma)
 {
-    gtm_problem p = {gtm_condition_at(altitude, gamma), c, unknowns, {0}};
+    gtm_problem p = {gtm_condition_at(altitude, gamma), c, unknowns, {0}, gtm_usual_alpha};
     if (c) mark_dead(&p);
     return p;
 }
@@ -76,9 +76,11 @@ typedef struct {
     double lower[GTM_FULL_NT], upper[GTM_FULL_NT];
 } bounds;
 
-static bounds hold_dead(const gtm_problem *p, const double *lower, const double *upper)
+/* The bounds of a problem, with room above that of alpha. */
+static bounds set_bounds(gtm_problem *p, const double *lower, const double *upper)
 {
     bounds b;
+    p->highest_alpha = fmax(gtm_usual_alpha, upper[ALPHA] + 0.1);
     for (int i = 0; i < p->unknowns; i++) {
         b.lower[i] = p->is_dead[i] ? fmin(fmax(0, lower[i]), upper[i]) : lower[i];
         b.upper[i] = p->is_dead[i] ? b.lower[i] : upper[i];
@@ -89,8 +91,8 @@ static bounds hold_dead(const gtm_problem *p, const double *lower, const double 
 int gtm_full_trim(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,
                   const double *upper, double *y, double *residual, double *violation)
 {
-    const gtm_problem p = gtm_problem_at(c, unknowns, altitude, gamma);
-    const bounds b = hold_dead(&p, lower, upper);
+    gtm_problem p = gtm_problem_at(c, unknowns, altitude, gamma);
+    const bounds b = set_bounds(&p, lower, upper);
     return gtm_find_trim(&p, b.lower, b.upper, y, residual, violation);
 }
 
@@ -114,16 +116,16 @@ int gtm_full_extreme(const gtm_configuration *c, int unknowns, double altitude, 
                      const double *upper, const double *objective, long n, const double *starts, double *best,
                      double *violation)
 {
-    const gtm_problem p = gtm_problem_at(c, unknowns, altitude, gamma);
-    const bounds b = hold_dead(&p, lower, upper);
+    gtm_problem p = gtm_problem_at(c, unknowns, altitude, gamma);
+    const bounds b = set_bounds(&p, lower, upper);
     return gtm_find_extreme(&p, b.lower, b.upper, objective, n, starts, best, violation);
 }
 
 int gtm_full_envelope_end(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,
                           const double *upper, const double *objective, double *best, double *violation)
 {
-    const gtm_problem p = gtm_problem_at(c, unknowns, altitude, gamma);
-    const bounds b = hold_dead(&p, lower, upper);
+    gtm_problem p = gtm_problem_at(c, unknowns, altitude, gamma);
+    const bounds b = set_bounds(&p, lower, upper);
     return gtm_find_end(&p, b.lower, b.upper, objective, best, violation);
 }
 
@@ -131,8 +133,8 @@ long gtm_full_grid(const gtm_configuration *c, int unknowns, double altitude, do
                    const double *upper, long speeds, const double *speed, long rates, const double *rate, long n,
                    const double *seeds, unsigned char *feasible, double *y)
 {
-    const gtm_problem p = gtm_problem_at(c, unknowns, altitude, gamma);
-    const bounds b = hold_dead(&p, lower, upper);
+    gtm_problem p = gtm_problem_at(c, unknowns, altitude, gamma);
+    const bounds b = set_bounds(&p, lower, upper);
     return gtm_find_grid(&p, b.lower, b.upper, speeds, speed, rates, rate, n, seeds, feasible, y);
 }
 
@@ -152,7 +154,7 @@ void gtm_trim_states(double altitude, double gamma, long n, const double *y, dou
 
 void gtm_full_dead_controls(const gtm_configuration *c, unsigned char is_dead[GTM_FULL_NT])
 {
-    gtm_problem p = {{0, 0, 0}, c, GTM_FULL_NT, {0}};
+    gtm_problem p = {{0, 0, 0}, c, GTM_FULL_NT, {0}, 0};
     mark_dead(&p);
     memcpy(is_dead, p.is_dead, sizeof p.is_dead);
 }
@@ -160,7 +162,7 @@ void gtm_full_dead_controls(const gtm_configuration *c, unsigned char is_dead[GT
 void gtm_full_trim_states(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
                           const double *y, double *x, double *u)
 {
-    const gtm_problem p = {gtm_condition_at(altitude, gamma), c, unknowns, {0}};
+    const gtm_problem p = {gtm_condition_at(altitude, gamma), c, unknowns, {0}, 0};
     double both[GTM_FULL_NT];
     for (long i = 0; i < n; i++)
         gtm_full_trim_state(c, altitude, gamma, with_both_throttles(&p, y + i * unknowns, both), x + i * GTM_NX,

@@ -22,7 +22,10 @@ typedef struct {
     const gtm_configuration *configuration; /* 0: the study's */
     int unknowns;
     unsigned char is_dead[GTM_FULL_NT]; /* controls that move nothing */
+    double highest_alpha;               /* rad; Newton's iterates stay below it */
 } gtm_problem;
+
+extern const double gtm_usual_alpha; /* rad, beyond any trim inside the study's bounds */
 
 gtm_condition gtm_condition_at(double altitude, double gamma);
 gtm_problem gtm_problem_at(const gtm_configuration *c, int unknowns, double altitude, double gamma);
@@ -82,9 +85,13 @@ long gtm_find_grid(const gtm_problem *p, const double *lower, const double *uppe
 /* Whether the rudder is held and no second throttle is left: a trim at given V and psi_dot is unique then. */
 int gtm_rudder_settles(const gtm_problem *p, const double *lower, const double *upper);
 
-/* Least |beta| under bounds that hold V and psi_dot and leave another control than the rudder hardly any range: all
-   deflections of the rudder are gone through, and every bound that is met between two of them. GTM_TRIMMED, or not. */
-int gtm_scan_rudder(const gtm_problem *p, const double *lower, const double *upper, const double *start, double *y);
+/* Least |beta| under bounds that hold the two `given` unknowns and leave another control than the rudder hardly any range:
+   all deflections of the rudder are gone through, and every bound that is met between two of them. GTM_TRIMMED, or not. */
+int gtm_scan_rudder(const gtm_problem *p, const double *lower, const double *upper, const int given[2],
+                    const double *start, double *y);
+
+/* V and psi_dot. */
+extern const int gtm_usual[2];
 
 /* Where y has no sideslip, separate throttles are not settled yet: bring them together as far as the bounds allow. */
 void gtm_join_throttles(const gtm_problem *p, const double *lower, const double *upper, double *y);

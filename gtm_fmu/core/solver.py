@@ -75,7 +75,10 @@ def _bounds(lower, upper) -> tuple[np.ndarray, np.ndarray]:
 
 
 def trims(altitude, gamma, lower, upper, configuration: Configuration | None = None) -> Solutions:
-    """Trims with the least sideslip: altitude (n) in ft, gamma (n) in rad, bounds (n, 9) that hold V and psi_dot."""
+    """Trims with the least sideslip: altitude (n) in ft, gamma (n) in rad.
+
+    Bounds (n, 9 or 10) hold two or three of V, psi_dot, phi, alpha and beta.
+    """
     altitude, gamma = np.ascontiguousarray(altitude, dtype=float), np.ascontiguousarray(gamma, dtype=float)
     lower, upper = _bounds(lower, upper)
     n, unknowns = len(altitude), lower.shape[-1]

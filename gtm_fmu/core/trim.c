@@ -9,7 +9,8 @@ const double gtm_scale[] = {30, 0.05, 0.05, 0.1, 0.17, 4, 4, 6, 20, 20};
 /* A Newton step is limited and its result clamped, so that a bad guess stays where the tables mean something. */
 static const double longest_step[GTM_FULL_NT] = {30, 0.1, 0.12, 0.2, 0.25, 10, 8, 8, 40, 40};
 static const double least[GTM_FULL_NT] = {20, -0.5, -0.7, -3, -1.4, -60, -60, -60, -60, -60};
-static const double most[GTM_FULL_NT] = {600, 0.34, 0.7, 3, 1.4, 60, 60, 60, 400, 400};
+static const double most[GTM_FULL_NT] = {600, 0, 0.7, 3, 1.4, 60, 60, 60, 400, 400}; /* alpha: that of the problem */
+const double gtm_usual_alpha = 0.34;
 
 static const double converged = 1e-11; /* largest acceleration, ft/s^2 and rad/s^2 */
 static const double nearly = 1e-4;     /* so near, one more step converges */
@@ -108,27 +109,46 @@ int gtm_newton(const gtm_problem *p, double *y, const int held[3])
         if (worse > 3) shorten *= 0.5;
         for (int k = 0; k < moving; k++) {
             const int i = free_one[k];
-            y[i] = fmin(fmax(y[i] - shorten * F[k], least[i]), most[i]);
+            y[i] = fmin(fmax(y[i] - shorten * F[k], least[i]), i == ALPHA ? p->highest_alpha : most[i]);
         }
     }
     return 1;
 }
 
+static const double degree = 0.017453292519943295;
+static const double lift_0 = 0.2, lift_slope = 4.8, most_lift = 1.1, side_force_slope = 0.56;
+
+/* Of a speed that is sought: that of the turn, or that at which the wing carries the weight. */
+static double guessed_speed(const gtm_problem *p, const double *y, const int *is_held, double weight)
+{
+    if (is_held[PHI] && is_held[PSI_DOT] && y[PSI_DOT] != 0)
+        return fmin(fmax(gtm_gravity * tan(y[PHI]) / y[PSI_DOT], 80), 400);
+    const double alpha = is_held[ALPHA] ? y[ALPHA] : 4 * degree;
+    const double lift = fmin(fmax(lift_0 + lift_slope * alpha, 0.1), most_lift);
+    return sqrt(2 * weight / (p->at.density * gtm_wing_area * lift * (is_held[PHI] ? cos(y[PHI]) : 1)));
+}
+
 /* Rough trim of a point mass with linear lift and side force; guesses differ in sideslip per rudder, and in throttle:
-   where ram drag eats a moderate thrust, its slope is zero and Newton needs a guess above. */
+   where ram drag eats a moderate thrust, its slope is zero and Newton needs a guess above. Where alpha is to settle the
+   bank, it has the sign of the phi given. */
 static void first_guess(const gtm_problem *p, double *y, const int *is_held, double beta_per_rudder, double throttle)
 {
-    static const double degree = 0.017453292519943295;
-    static const double lift_0 = 0.2, lift_slope = 4.8, side_force_slope = 0.56;
     const double weight = p->configuration ? p->configuration->mass * gtm_gravity : gtm_weight;
+    if (!is_held[V]) y[V] = guessed_speed(p, y, is_held, weight);
     const double force = 0.5 * p->at.density * y[V] * y[V] * gtm_wing_area;
+    if (is_held[V] && is_held[ALPHA] && !is_held[PHI] && !is_held[PSI_DOT]) {
+        const double bank = acos(fmin(weight / (force * fmax(lift_0 + lift_slope * y[ALPHA], 0.1)), 0.99));
+        y[PSI_DOT] = gtm_gravity * tan(y[PHI] < 0 ? -bank : bank) / y[V];
+    }
+    if (!is_held[BETA] && is_held[PHI] && is_held[PSI_DOT])
+        y[BETA] = weight * sin(y[PHI] - atan(y[V] * y[PSI_DOT] / gtm_gravity)) / (side_force_slope * force);
     if (!is_held[RUDDER]) y[RUDDER] = y[BETA] / (0.7 * degree);
     if (!is_held[BETA]) y[BETA] = beta_per_rudder * degree * y[RUDDER];
     const double against_slip = asin(fmin(fmax(side_force_slope * force * y[BETA] / weight, -0.6), 0.6));
     if (!is_held[PHI]) y[PHI] = fmin(fmax(atan(y[V] * y[PSI_DOT] / gtm_gravity) + against_slip, -1.2), 1.2);
     if (!is_held[PSI_DOT]) y[PSI_DOT] = gtm_gravity * tan(y[PHI] - against_slip) / y[V];
     const double alpha = (weight / (force * cos(y[PHI])) - lift_0) / lift_slope;
-    y[ALPHA] = fmin(fmax(alpha, -0.08), 0.2);
+    if (!is_held[ALPHA]) y[ALPHA] = fmin(fmax(alpha, -0.08), 0.2);
     if (!is_held[ELEVATOR]) y[ELEVATOR] = 3 - 0.5 * y[ALPHA] / degree;
     if (!is_held[AILERON]) y[AILERON] = -0.6 * y[RUDDER];
     for (int i = THROTTLE; i < p->unknowns; i++)
@@ -174,22 +194,31 @@ long gtm_find_starts(const gtm_problem *p, long n, const double *held_values, do
     return found;
 }
 
+const int gtm_usual[2] = {V, PSI_DOT};
+
+/* The values that the bounds hold, or the nearest to zero, and the side of a bank that is sought. */
+static void take_given(const double *lower, const double *upper, int count, const int *given, double *y)
+{
+    y[PHI] = upper[PHI] <= 0 && lower[PHI] < 0 ? -1 : 0;
+    for (int k = 0; k < count; k++) y[given[k]] = fmin(fmax(0, lower[given[k]]), upper[given[k]]);
+}
+
 static const double glide_sideslip = 0.2; /* rad, to start from */
 
 /* Least |beta| under the bounds when neither the rudder nor beta = 0 settles it: the best of both signs. */
-static int least_sideslip(const gtm_problem *p, const double *lower, const double *upper, double *y, double *violation)
+static int least_sideslip(const gtm_problem *p, const double *lower, const double *upper, const int given[2], double *y,
+                          double *violation)
 {
-    static const int held[3] = {V, PSI_DOT, RUDDER};
+    const int held[3] = {given[0], given[1], RUDDER};
     const size_t row = sizeof *y * (size_t)p->unknowns;
     double starts[7 * GTM_FULL_NT];
     long n = 0;
     for (int side = -1; side <= 1; side += 2) {
         /* In a glide without net thrust the throttle moves nothing, and only sideslip makes drag. */
-        static const int idle[3] = {V, PSI_DOT, THROTTLE};
+        const int idle[3] = {given[0], given[1], THROTTLE};
         double *start = starts + n * p->unknowns;
         memset(start, 0, row);
-        start[V] = lower[V];
-        start[PSI_DOT] = lower[PSI_DOT];
+        take_given(lower, upper, 2, given, start);
         start[THROTTLE] = lower[THROTTLE];
         start[BETA] = side * glide_sideslip;
         if (lower[RUDDER] < upper[RUDDER] && !gtm_cold_newton(p, start, idle)) n++;
@@ -197,8 +226,7 @@ static int least_sideslip(const gtm_problem *p, const double *lower, const doubl
     for (int k = 0; k < 5; k++) {
         double *start = starts + n * p->unknowns;
         memset(start, 0, row);
-        start[V] = lower[V];
-        start[PSI_DOT] = lower[PSI_DOT];
+        take_given(lower, upper, 2, given, start);
         start[RUDDER] = lower[RUDDER] + 0.25 * k * (upper[RUDDER] - lower[RUDDER]);
         if (!gtm_cold_newton(p, start, held)) n++;
         if (lower[RUDDER] == upper[RUDDER]) break;
@@ -269,27 +297,27 @@ static void keep_better(const gtm_problem *p, const double *lower, const double 
     *status = GTM_TRIMMED;
 }
 
-int gtm_scan_rudder(const gtm_problem *p, const double *lower, const double *upper, const double *start, double *y)
+int gtm_scan_rudder(const gtm_problem *p, const double *lower, const double *upper, const int given[2],
+                    const double *start, double *y)
 {
-    static const int rudder_held[3] = {V, PSI_DOT, RUDDER};
+    const int rudder_held[3] = {given[0], given[1], RUDDER};
     const size_t row = sizeof *y * (size_t)p->unknowns;
     double before[GTM_FULL_NT], at[GTM_FULL_NT], trial[GTM_FULL_NT];
     int status = GTM_NO_TRIM;
     if (!is_narrow(p, lower, upper)) return status;
     for (int k = 0, had = 0; k <= SCANNED; k++) {
         memcpy(at, had ? before : start, row);
-        at[V] = lower[V];
-        at[PSI_DOT] = lower[PSI_DOT];
+        for (int g = 0; g < 2; g++) at[given[g]] = lower[given[g]];
         at[RUDDER] = lower[RUDDER] + (upper[RUDDER] - lower[RUDDER]) * k / SCANNED;
         const int has = !(had && !gtm_newton(p, at, rudder_held)) ? !gtm_cold_newton(p, at, rudder_held) : 1;
         if (has) keep_better(p, lower, upper, at, &status, y);
-        for (int i = ALPHA; has && had && i < p->unknowns; i++) { /* where a bound is crossed on the way */
-            if (i == PSI_DOT || i == RUDDER || p->is_dead[i]) continue;
+        for (int i = V; has && had && i < p->unknowns; i++) { /* where a bound is crossed on the way */
+            if (i == given[0] || i == given[1] || i == RUDDER || p->is_dead[i]) continue;
             for (int side = 0; side < 1 + (lower[i] < upper[i]); side++) {
                 const double bound = side ? upper[i] : lower[i];
                 const double share = (bound - before[i]) / (at[i] - before[i]);
                 if (!(share >= 0 && share <= 1)) continue;
-                const int bound_held[3] = {V, PSI_DOT, i};
+                const int bound_held[3] = {given[0], given[1], i};
                 for (int j = 0; j < p->unknowns; j++) trial[j] = before[j] + share * (at[j] - before[j]);
                 trial[i] = bound;
                 if (!gtm_newton(p, trial, bound_held)) keep_better(p, lower, upper, trial, &status, y);
@@ -301,20 +329,33 @@ int gtm_scan_rudder(const gtm_problem *p, const double *lower, const double *upp
     return status;
 }
 
+/* The unknowns besides the controls that the bounds hold, at most three; where they are fewer beta and psi_dot follow,
+   which are sought at zero. */
+static int conditions(const double *lower, const double *upper, int held[3])
+{
+    static const int order[] = {V, PSI_DOT, PHI, ALPHA, BETA}, sought[] = {BETA, PSI_DOT, V};
+    int count = 0;
+    for (int k = 0; k < 5 && count < 3; k++)
+        if (lower[order[k]] == upper[order[k]]) held[count++] = order[k];
+    for (int k = 0, n = count; n < 3 && k < 3; k++)
+        if (lower[sought[k]] != upper[sought[k]]) held[n++] = sought[k];
+    return count;
+}
+
 int gtm_find_trim(const gtm_problem *p, const double *lower, const double *upper, double *y, double *residual,
                   double *violation)
 {
-    static const int rudder_held[3] = {V, PSI_DOT, RUDDER}, beta_held[3] = {V, PSI_DOT, BETA};
-    const int settled = gtm_rudder_settles(p, lower, upper);
+    int held[3];
+    const int given = conditions(lower, upper, held);
+    const int settled = given < 3 && gtm_rudder_settles(p, lower, upper);
     double F[GTM_NF];
+    if (settled) held[2] = RUDDER;
 
     memset(y, 0, sizeof *y * (size_t)p->unknowns);
     for (int i = 0; i < p->unknowns; i++)
         if (p->is_dead[i]) y[i] = lower[i];
-    y[V] = lower[V];
-    y[PSI_DOT] = lower[PSI_DOT];
-    y[RUDDER] = settled ? lower[RUDDER] : 0;
-    int status = gtm_cold_newton(p, y, settled ? rudder_held : beta_held) ? GTM_NO_TRIM : GTM_OUTSIDE;
+    take_given(lower, upper, 3, held, y);
+    int status = gtm_cold_newton(p, y, held) ? GTM_NO_TRIM : GTM_OUTSIDE;
     if (status == GTM_OUTSIDE) {
         *violation = gtm_violation(p, y, lower, upper);
         if (*violation <= inside) status = GTM_TRIMMED;
@@ -323,8 +364,8 @@ int gtm_find_trim(const gtm_problem *p, const double *lower, const double *upper
         /* With the rudder held the manifold point is unique; otherwise another sideslip may lie inside the bounds. */
         double other[GTM_FULL_NT], excess = INFINITY;
         int found = settled && status == GTM_OUTSIDE ? GTM_NO_TRIM
-                                                     : least_sideslip(p, lower, upper, other, &excess);
-        if (!settled && found != GTM_TRIMMED && gtm_scan_rudder(p, lower, upper, y, other) == GTM_TRIMMED) {
+                                                     : least_sideslip(p, lower, upper, held, other, &excess);
+        if (!settled && found != GTM_TRIMMED && gtm_scan_rudder(p, lower, upper, held, y, other) == GTM_TRIMMED) {
             found = GTM_TRIMMED;
             excess = gtm_violation(p, other, lower, upper);
         }

@@ -1,0 +1,152 @@
+"""What a trim is asked for besides altitude and flight-path angle, and the bounds that mean it.
+
+A steady manoeuvre has nine unknowns and six equations, so three conditions settle it: a speed, say, and two of turn
+rate, bank, sideslip, angle of attack and load factor. A jammed rudder is one of the three. With fewer the turn rate is
+zero unless something else settles the turn, and of what is then left the trim with the least sideslip is taken.
+"""
+
+from dataclasses import dataclass, fields
+from typing import TypedDict
+
+import numpy as np
+
+from gtm_fmu import airspeed, manoeuvre
+from gtm_fmu.airframe.names import CONTROLS
+from gtm_fmu.errors import InputError
+from gtm_fmu.failures import Failure, Range
+from gtm_fmu.manoeuvre import PHI, PSI_DOT
+
+SIDESLIP_DEG: Range = (-30.0, 30.0)
+LOAD_FACTOR: Range = (-2.0, 8.0)
+
+_SPEEDS = {"tas_kt": lambda speed, _: speed, "eas_kt": airspeed.tas_of_eas, "cas_kt": airspeed.tas_of_cas}
+_WORDS = {
+    "tas_kt": "speed",
+    "turn_rate_deg_s": "turn rate",
+    "bank_deg": "bank",
+    "sideslip_deg": "sideslip",
+    "angle_of_attack_deg": "angle of attack",
+    "load_factor": "load factor",
+}
+
+
+class Asked(TypedDict, total=False):
+    """Conditions beside true airspeed and turn rate; None where nothing is asked.
+
+    Speeds in kn, one of them only; angles in deg; ``load_factor`` is the reading of an accelerometer along the body's
+    upward axis in g (``load_z`` of SPEC 8 with the other sign).
+    """
+
+    eas_kt: float | None
+    cas_kt: float | None
+    bank_deg: float | None
+    sideslip_deg: float | None
+    angle_of_attack_deg: float | None
+    load_factor: float | None
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Two or three conditions, as numbers; None where an unknown is left to the others.
+
+    Attributes:
+        tas_kt: true airspeed, whichever speed was asked for.
+    """
+
+    tas_kt: float | None
+    turn_rate_deg_s: float | None
+    bank_deg: float | None
+    sideslip_deg: float | None
+    angle_of_attack_deg: float | None
+    load_factor: float | None
+
+    def bounds(self, failure: Failure, alpha_deg: Range, phi_deg: Range) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds (9 or 10 each) of the unknowns in the core's units, which hold what is asked; not the load factor."""
+
+        def held(name: str, otherwise: Range) -> Range:
+            value = getattr(self, name)
+            return otherwise if value is None else (value, value)
+
+        return manoeuvre.bounds(
+            failure,
+            held("angle_of_attack_deg", alpha_deg),
+            held("bank_deg", phi_deg),
+            held("tas_kt", manoeuvre.TAS_KT),
+            held("turn_rate_deg_s", manoeuvre.TURN_RATE_DEG_S),
+            held("sideslip_deg", manoeuvre.BETA_DEG),
+        )
+
+    @property
+    def turning(self) -> int:
+        """The unknown that a load factor settles: bank, or the turn rate where the bank is given."""
+        return PHI if self.bank_deg is None else PSI_DOT
+
+
+def conditions(
+    altitude_ft: float,
+    failure: Failure,
+    alpha_deg: Range,
+    phi_deg: Range,
+    tas_kt: float | None,
+    turn_rate_deg_s: float | None,
+    asked: Asked,
+) -> Conditions:
+    """What is asked, checked, with the turn rate that is meant where none is given.
+
+    Bounds ``alpha_deg`` and ``phi_deg`` with equal ends ask for that value where nothing else settles speed or turn.
+
+    Raises:
+        InputError: a value outside what is allowed or outside these bounds, none or several speeds, or more or fewer
+            conditions than a trim takes.
+    """
+    alpha_deg = manoeuvre.check_pair("alpha in deg", alpha_deg, manoeuvre.WIDEST_ALPHA_DEG)
+    phi_deg = manoeuvre.check_pair("phi in deg", phi_deg, manoeuvre.WIDEST_PHI_DEG)
+    speed = _speed(altitude_ft, tas_kt, asked)
+    within: dict[str, tuple[str, float | None, Range]] = {
+        "turn_rate_deg_s": ("turn rate in deg/s", turn_rate_deg_s, manoeuvre.TURN_RATE_DEG_S),
+        "bank_deg": ("bank in deg", asked.get("bank_deg"), phi_deg),
+        "sideslip_deg": ("sideslip in deg", asked.get("sideslip_deg"), SIDESLIP_DEG),
+        "angle_of_attack_deg": ("angle of attack in deg", asked.get("angle_of_attack_deg"), alpha_deg),
+        "load_factor": ("load factor", asked.get("load_factor"), LOAD_FACTOR),
+    }
+    given = {
+        name: None if value is None else manoeuvre.check_range(label, value, allowed)
+        for name, (label, value, allowed) in within.items()
+    }
+    if given["angle_of_attack_deg"] is None and speed is None and alpha_deg[0] == alpha_deg[1]:
+        given["angle_of_attack_deg"] = alpha_deg[0]
+    settles_turn = any(given[name] is not None for name in ("turn_rate_deg_s", "bank_deg", "load_factor"))
+    if not settles_turn and phi_deg[0] == phi_deg[1]:
+        given["bank_deg"], settles_turn = phi_deg[0], True
+    if not settles_turn and (speed is None or given["angle_of_attack_deg"] is None):
+        given["turn_rate_deg_s"] = 0.0
+    found = Conditions(speed, **given)
+    _check_number(found, failure.jammed[CONTROLS.index("rudder")])
+    return found
+
+
+def _speed(altitude_ft: float, tas_kt: float | None, asked: Asked) -> float | None:
+    """True airspeed in kn."""
+    speeds = {"tas_kt": tas_kt, "eas_kt": asked.get("eas_kt"), "cas_kt": asked.get("cas_kt")}
+    given = {name: value for name, value in speeds.items() if value is not None}
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} are speeds both; give one of them.")
+    for name, value in given.items():
+        label = f"{name.removesuffix('_kt')} in kt"
+        speed = _SPEEDS[name](manoeuvre.check_range(label, value, manoeuvre.TAS_KT), altitude_ft)
+        return manoeuvre.check_range("tas in kt", speed, manoeuvre.TAS_KT)
+    return None
+
+
+def _check_number(found: Conditions, is_jammed: bool) -> None:
+    given = [_WORDS[f.name] for f in fields(found) if getattr(found, f.name) is not None]
+    most = 2 if is_jammed else 3
+    is_turn_known = found.bank_deg is not None and found.turn_rate_deg_s
+    if found.tas_kt is None and found.angle_of_attack_deg is None and not is_turn_known:
+        raise InputError("No speed is given; give one (tas, eas or cas), or an angle of attack, which settles it.")
+    if len(given) > most:
+        rudder = "jammed" if is_jammed else "movable"
+        raise InputError(
+            f"A trim with a {rudder} rudder takes {most} conditions, and these are {len(given)}: {', '.join(given)}; "
+            "leave some out."
+        )
