@@ -77,6 +77,16 @@ class Conditions:
         )
 
     @property
+    def number(self) -> int:
+        """How many conditions these are."""
+        return len(self.words)
+
+    @property
+    def words(self) -> list[str]:
+        """What they are."""
+        return [_WORDS[f.name] for f in fields(self) if getattr(self, f.name) is not None]
+
+    @property
     def turning(self) -> int:
         """The unknown that a load factor settles: bank, or the turn rate where the bank is given."""
         return PHI if self.bank_deg is None else PSI_DOT
@@ -118,10 +128,12 @@ def conditions(
     settles_turn = any(given[name] is not None for name in ("turn_rate_deg_s", "bank_deg", "load_factor"))
     if not settles_turn and phi_deg[0] == phi_deg[1]:
         given["bank_deg"], settles_turn = phi_deg[0], True
+    is_jammed = failure.jammed[CONTROLS.index("rudder")]
+    settles_turn = settles_turn or Conditions(speed, **given).number == _most(is_jammed)
     if not settles_turn and (speed is None or given["angle_of_attack_deg"] is None):
         given["turn_rate_deg_s"] = 0.0
     found = Conditions(speed, **given)
-    _check_number(found, failure.jammed[CONTROLS.index("rudder")])
+    _check_number(found, is_jammed)
     return found
 
 
@@ -138,15 +150,17 @@ def _speed(altitude_ft: float, tas_kt: float | None, asked: Asked) -> float | No
     return None
 
 
+def _most(is_jammed: bool) -> int:
+    return 2 if is_jammed else 3
+
+
 def _check_number(found: Conditions, is_jammed: bool) -> None:
-    given = [_WORDS[f.name] for f in fields(found) if getattr(found, f.name) is not None]
-    most = 2 if is_jammed else 3
     is_turn_known = found.bank_deg is not None and found.turn_rate_deg_s
     if found.tas_kt is None and found.angle_of_attack_deg is None and not is_turn_known:
         raise InputError("No speed is given; give one (tas, eas or cas), or an angle of attack, which settles it.")
-    if len(given) > most:
+    if found.number > _most(is_jammed):
         rudder = "jammed" if is_jammed else "movable"
         raise InputError(
-            f"A trim with a {rudder} rudder takes {most} conditions, and these are {len(given)}: {', '.join(given)}; "
-            "leave some out."
+            f"A trim with a {rudder} rudder takes {_most(is_jammed)} conditions, and these are {found.number}: "
+            f"{', '.join(found.words)}; leave some out."
         )

@@ -34,9 +34,10 @@ class Envelope:
     """Lowest and highest true airspeed of the steady manoeuvres inside the limits, with the trims that reach them.
 
     Attributes:
-        feasible: such manoeuvres exist. If not, speeds are None and the trims exceed the limits least.
+        feasible: such manoeuvres exist. If not, speeds and trims are None.
         t_min_pct: least throttle of a steady manoeuvre that keeps every other limit; an envelope exists when it is
             no more than the throttle's upper limit. None if even that does not exist, or if each engine has a throttle.
+        nearest: without an envelope, the manoeuvre that exceeds the limits least, if any was found.
     """
 
     altitude_ft: float
@@ -48,6 +49,7 @@ class Envelope:
     t_min_pct: float | None
     at_v_min: Trim | None
     at_v_max: Trim | None
+    nearest: Trim | None = None
 
     @property
     def limits(self) -> ControlLimits:
@@ -60,7 +62,7 @@ class Envelope:
         values |= {"altitude_ft": self.altitude_ft, "gamma_deg": self.gamma_deg, "limits": asdict(self.limits)}
         if self.failure != Failure(self.limits):
             values["failure"] = {name: value for name, value in asdict(self.failure).items() if name != "limits"}
-        ends = {name: getattr(self, name) for name in ("at_v_min", "at_v_max")}
+        ends = {name: getattr(self, name) for name in ("at_v_min", "at_v_max", "nearest")}
         return values | {name: trim and trim.to_dict() for name, trim in ends.items()}
 
 
@@ -112,8 +114,11 @@ class FlightCondition:
             v_min_kt=float(low.y[V] * KT_PER_FT_S) if feasible else None,
             v_max_kt=float(high.y[V] * KT_PER_FT_S) if feasible else None,
             t_min_pct=self.least_throttle(limits.rudder_deg),
-            at_v_min=self._trim(low, limits),
-            at_v_max=self._trim(high, limits),
+            at_v_min=self._trim(low, limits) if feasible else None,
+            at_v_max=self._trim(high, limits) if feasible else None,
+            nearest=None
+            if feasible
+            else self._trim(min(low, high, key=lambda end: (end.status, end.violation)), limits),
         )
 
     def least_throttle(self, rudder_deg: Range | None = None) -> float | None:

@@ -125,7 +125,8 @@ class Failure:
         configuration: the airframe: damage case, engines that run, surfaces that are fixed or follow in part,
             stabiliser, flaps, spoilers, gear, fuel.
         throttle_left_pct, throttle_right_pct: limits of each engine's throttle in %. If one is given the engines are
-            controlled separately, and one that is not given keeps ``limits.throttle_pct``.
+            controlled separately, and one that is not given keeps ``limits.throttle_pct``; that has no effect where
+            both are given.
         rate_limits: of the surfaces.
 
     Raises:

@@ -9,7 +9,7 @@ from typing import Unpack
 import numpy as np
 
 from gtm_fmu import manoeuvre
-from gtm_fmu.conditions import Asked, Conditions, conditions
+from gtm_fmu.conditions import Asked, conditions
 from gtm_fmu.core import solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits, Failure, Range
@@ -33,11 +33,11 @@ def trim(
 ) -> Trim:
     """The trim that meets what is asked inside the limits, or the nearest to one.
 
-    With a movable rudder a speed and two conditions may be asked for, with a jammed one a speed and one: turn rate, bank,
-    sideslip, angle of attack, load factor. An angle of attack may also take the place of the speed. Where only a speed is
-    given the flight is straight. Of several trims the one with the least sideslip is taken; of a turn to either side the
-    one to the right, or the one that the bounds ``phi_deg`` leave. Of separate throttles, where several trims have no
-    sideslip, the ones closest together are taken.
+    With a movable rudder a speed and two conditions may be asked for, with a jammed one a speed and one: turn rate,
+    bank, sideslip, angle of attack, load factor. An angle of attack may also take the place of the speed. Where only a
+    speed is given the flight is straight. Of several trims the one with the least sideslip is taken; of turns to either
+    side the one to the right, or the one that the bounds ``phi_deg`` leave. Of separate throttles, where several trims
+    have no sideslip, the ones closest together are taken.
 
     Args:
         asked: `conditions.Asked`, further conditions by name, or a speed as ``eas_kt`` or ``cas_kt``.
@@ -51,12 +51,13 @@ def trim(
     wanted = conditions(altitude_ft, failure, alpha_deg, phi_deg, tas_kt, turn_rate_deg_s, asked)
     lower, upper = wanted.bounds(failure, alpha_deg, phi_deg)
     at = altitude_ft, gamma_deg * RAD_PER_DEG
+    missed: tuple[str, ...] = ()
     if wanted.load_factor is None:
         found = _at_rows(at, lower[None], upper[None], failure)
-        y, inside = found.y[0], found.status[0] == solver.TRIMMED
     else:
-        y, inside = _with_load_factor(at, lower, upper, failure, wanted)
-    hit = manoeuvre.limits_hit(y, lower, upper)
+        found, missed = _with_load_factor(at, lower, upper, failure, wanted.load_factor, wanted.turning)
+    y, inside = found.y[0], found.status[0] == solver.TRIMMED and not missed
+    hit = (*manoeuvre.limits_hit(y, lower, upper), *missed)
     return Trim.of_unknowns(y, altitude_ft, gamma_deg, inside, hit, failure)
 
 
@@ -66,32 +67,33 @@ def _at_rows(at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, fail
 
 
 def _with_load_factor(
-    at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, failure: Failure, wanted: Conditions
-) -> tuple[np.ndarray, bool]:
-    """Unknowns of the trim with a load factor, and whether it is met inside the bounds.
+    at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, failure: Failure, load_factor: float, turning: int
+) -> tuple[solver.Solutions, tuple[str, ...]]:
+    """The trim with a load factor, or the nearest to it, and on which side that misses it, as ``load_factor.lower``.
 
-    Bank, or the turn rate where the bank is given, is scanned from side to side; of the places where the load factor is
-    passed the rightmost inside the bounds is closed in on.
+    The unknown ``turning`` is scanned from bound to bound; of the places where the load factor is passed the rightmost
+    inside the bounds is closed in on.
     """
-    k = wanted.turning
 
     def scan(start: float, stop: float, points: int) -> tuple[solver.Solutions, np.ndarray]:
         lowers, uppers = np.tile(lower, (points, 1)), np.tile(upper, (points, 1))
-        lowers[:, k] = uppers[:, k] = np.linspace(start, stop, points)
+        lowers[:, turning] = uppers[:, turning] = np.linspace(start, stop, points)
         found = _at_rows(at, lowers, uppers, failure)
         loads = manoeuvre.load_factors(*solver.trim_states(*at, found.y, failure.airframe), failure.airframe)
-        return found, np.where(found.status == solver.NO_TRIM, np.nan, loads - wanted.load_factor)
+        return found, np.where(found.status == solver.NO_TRIM, np.nan, loads - load_factor)
 
-    found, excess = scan(lower[k], upper[k], _SCANNED)
+    found, excess = scan(lower[turning], upper[turning], _SCANNED)
     for _ in range(_ZOOMS):
         passed = np.flatnonzero(excess[:-1] * excess[1:] <= 0)
         if not len(passed):
             break
         place = max(passed, key=lambda place: (-max(found.status[place : place + 2]), place))
-        found, excess = scan(found.y[place, k], found.y[place + 1, k], _ZOOMED)
+        found, excess = scan(found.y[place, turning], found.y[place + 1, turning], _ZOOMED)
     miss = np.where(np.isnan(excess), np.inf, np.abs(excess))
-    best = min(range(len(miss)), key=lambda row: (found.status[row], miss[row]) if len(passed) else miss[row])
-    return found.y[best], bool(found.status[best] == solver.TRIMMED and miss[best] <= _MET)
+    best = int(np.argmin(miss))
+    side = "upper" if excess[best] > 0 else "lower"
+    missed = () if miss[best] <= _MET else (f"load_factor.{side}",)
+    return solver.Solutions(*(values[best : best + 1] for values in found)), missed
 
 
 def trims(

@@ -18,7 +18,7 @@ from study.dataset_command import dataset
 from study.files import check_picture
 from study.map_command import maps
 from study.model_commands import export, predict, train
-from study.options import FAILURE, Pair, given_failure, pair, takes
+from study.options import ASKED, FAILURE, Pair, given_failure, pair, takes
 from study.protocol_command import protocol
 from study.surrogate_command import surrogates, thrust_map
 
@@ -33,10 +33,7 @@ app = typer.Typer(
 )
 
 Altitude = Annotated[float, typer.Option(help="Geometric altitude, 0 to 36089 ft.")]
-Tas = Annotated[float, typer.Option(help="True airspeed in knots.")]
 Gamma = Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")]
-TurnRate = Annotated[float, typer.Option(help="Turn rate (of heading) in deg/s, positive to the right.")]
-Rudder = Annotated[Pair, pair("Rudder limits in deg; equal values are a jam.")]
 Alpha = Annotated[Pair, pair("Bounds of the angle of attack in deg.")]
 Phi = Annotated[Pair, pair("Bounds of the bank angle in deg.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -108,13 +105,18 @@ def _described(found) -> dict[str, Any]:
     return found.to_dict() | verdicts
 
 
+def _show_trim(found, as_json: bool, title: str) -> None:
+    from study.words import trim_rows
+
+    values = _described(found)
+    show(values if as_json else trim_rows(found, values), as_json, title)
+
+
 @app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
-@takes(FAILURE)
+@takes(ASKED | FAILURE)
 def trim(
     altitude_ft: Altitude,
-    tas_kt: Tas,
     gamma_deg: Gamma = 0.0,
-    turn_rate_deg_s: TurnRate = 0.0,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
     fmu: Fmu = None,
@@ -123,24 +125,30 @@ def trim(
 ) -> None:
     """Trim: the controls of one steady manoeuvre.
 
-    With a movable rudder the trim with the least sideslip is taken. Exit code 3 if the limits leave none; the nearest
-    is printed all the same.
+    Besides altitude and flight path it takes a speed and two conditions, with a jammed rudder a speed and one. Straight
+    flight where none is given, and of several trims the one with the least sideslip; of turns to either side the right
+    one. Exit code 3 if the limits leave none; the nearest is printed all the same.
     """
     limits = given_failure(given)
     with _aircraft(fmu, limits) as (solve, _):
-        found = solve(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, limits, alpha_deg, phi_deg)
-    show(_described(found), as_json, "Steady manoeuvre")
+        found = solve(
+            altitude_ft,
+            gamma_deg=gamma_deg,
+            limits=limits,
+            alpha_deg=alpha_deg,
+            phi_deg=phi_deg,
+            **{name: given[name] for name in ASKED},
+        )
+    _show_trim(found, as_json, "Steady manoeuvre")
     if not found.feasible:
         raise typer.Exit(NO_SOLUTION)
 
 
 @app.command(epilog=example("linearize --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
-@takes(FAILURE)
+@takes(ASKED | FAILURE)
 def linearize(
     altitude_ft: Altitude,
-    tas_kt: Tas,
     gamma_deg: Gamma = 0.0,
-    turn_rate_deg_s: TurnRate = 0.0,
     alpha_deg: Alpha = (-5.0, 10.5),
     phi_deg: Phi = (-30.0, 30.0),
     fmu: Fmu = None,
@@ -155,12 +163,21 @@ def linearize(
     """
     limits = given_failure(given)
     with _aircraft(fmu, limits) as (solve, linear_model):
-        found = solve(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, limits, alpha_deg, phi_deg)
+        found = solve(
+            altitude_ft,
+            gamma_deg=gamma_deg,
+            limits=limits,
+            alpha_deg=alpha_deg,
+            phi_deg=phi_deg,
+            **{name: given[name] for name in ASKED},
+        )
         model = linear_model(found) if found.feasible else None
+    from study.words import model_rows
+
     if model is None:
-        show(_described(found), as_json, "No such steady manoeuvre; the nearest")
+        _show_trim(found, as_json, "No such steady manoeuvre; the nearest")
         raise typer.Exit(NO_SOLUTION)
-    show(model.to_dict(), as_json, "Linear model")
+    show(model.to_dict() if as_json else model_rows(model), as_json, "Linear model")
 
 
 @app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))
@@ -180,7 +197,8 @@ def envelope(
 ) -> None:
     """Lowest and highest speed that a failure leaves, exact.
 
-    The trims at both ends come with them. Without any envelope "feasible" is false, and the exit code still 0.
+    The trims at both ends come with them. Without any envelope "feasible" is false, the manoeuvre that exceeds the
+    limits least comes as the nearest, and the exit code is still 0.
     With --over, envelopes along an axis with their polygons, as --over gamma -5 5 1 or --over rudder -30 30 10.
     """
     from gtm_fmu.envelope import FlightCondition
@@ -200,14 +218,16 @@ def envelope(
         return show_family(condition, over, plot, as_json)
     found = condition.envelope()
     values = found.to_dict() | {"intervals_kt": condition.intervals()}
-    for end in ("at_v_min", "at_v_max"):
+    for end in ("at_v_min", "at_v_max", "nearest"):
         values[end] = (trim := getattr(found, end)) and _described(trim)
     if plot:
         from study.envelope_figures import save_envelope
 
         save_envelope(condition, plot)
         values["plot"] = str(plot)
-    show(values, as_json, "Envelope")
+    from study.words import envelope_rows
+
+    show(values if as_json else envelope_rows(found, values), as_json, "Envelope")
 
 
 @app.command(epilog=example("build dynamics surrogate --output build/fmu"))

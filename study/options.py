@@ -80,6 +80,23 @@ FAILURE: dict[str, Option] = {
 """Options that tell a failure."""
 
 
+SPEEDS = "give one speed, or an angle of attack in its place"
+ASKED: dict[str, Option] = {
+    name: Option(Annotated[float | None, typer.Option(help=text)])
+    for name, text in {
+        "tas_kt": f"True airspeed in kn; {SPEEDS}.",
+        "eas_kt": f"Equivalent airspeed in kn; {SPEEDS}.",
+        "cas_kt": f"Calibrated airspeed in kn; {SPEEDS}.",
+        "turn_rate_deg_s": "Turn rate (of heading) in deg/s, positive to the right; 0 where nothing else settles it.",
+        "bank_deg": "Bank to fly at, in deg.",
+        "sideslip_deg": "Sideslip to fly at, in deg; the least where this is left open.",
+        "angle_of_attack_deg": "Angle of attack to fly at, in deg.",
+        "load_factor": "Load factor to fly at, in g along the body's upward axis.",
+    }.items()
+}
+"""Options that tell what a trim is to meet."""
+
+
 def check_varied(control: str, given: Mapping[str, Any]) -> None:
     """Refuse limits of a control that a command varies itself.
 
@@ -95,8 +112,13 @@ def given_failure(given: Mapping[str, Any]) -> Failure:
     """The failure that the options `FAILURE` tell.
 
     Raises:
-        InputError: a value outside what is allowed.
+        InputError: a value outside what is allowed, or limits of the throttle beside those of both engines' throttles.
     """
+    together, *apart = (LIMITED[control][0].label for control in LIMITED if control.startswith("throttle"))
+    if all(given[label] for label in apart) and given[together] != FAILURE[together].default:
+        raise InputError(
+            "--throttle-pct has no effect beside --throttle-left-pct and --throttle-right-pct; leave one of them out."
+        )
     values = {"damage_case": given["damage_case"], "engine_out": list(EngineOut).index(given["engine_out"])}
     values |= {name: given[QUANTITIES[name][0].label] for name in SETTINGS}
     for control, (column, _) in LIMITED.items():

@@ -288,21 +288,24 @@ def test_wider_failures_of_the_lattice_contain_narrower_ones(paper_lattice):
             assert np.all(v_max[..., wide] >= v_max[..., narrow] - 1e-4)
 
 
-def test_without_an_envelope_the_nearest_trims_are_given():
+def test_without_an_envelope_the_nearest_trim_is_given():
     found = envelope(30000, 5, ControlLimits(rudder_deg=(20, 20)))
     assert not found.feasible
     assert (found.v_min_kt, found.v_max_kt) == (None, None)
     assert found.t_min_pct is None or found.t_min_pct > 100
-    for trim in (found.at_v_min, found.at_v_max):
-        assert trim.converged
-        assert not trim.feasible
-        assert trim.limits_hit
-        x, u = trim.state_and_controls
-        assert np.abs(plain_model.derivatives(x, u)[:6]).max() < 1e-9
+    assert found.at_v_min is found.at_v_max is None
+    trim = found.nearest
+    assert trim.converged
+    assert not trim.feasible
+    assert "throttle.upper" in trim.limits_hit
+    assert trim.throttle_pct > 100
+    x, u = trim.state_and_controls
+    assert np.abs(plain_model.derivatives(x, u)[:6]).max() < 1e-9
     values = json.loads(json.dumps(found.to_dict()))
     assert values["feasible"] is False
     assert values["v_min_kt"] is None
-    assert values["at_v_min"]["feasible"] is False
+    assert values["at_v_min"] is values["at_v_max"] is None
+    assert values["nearest"]["feasible"] is False
 
 
 def test_an_envelope_as_json():

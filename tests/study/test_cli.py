@@ -154,6 +154,24 @@ class TestJson:
         assert again.json["phi_deg"] == pytest.approx(end["phi_deg"], abs=1e-3)
         assert ask(f"trim --tas-kt {end['tas_kt'] + 1} {asked}").code == 3
 
+    def test_a_trim_without_speed_of_its_own(self, ask):
+        """Level flight of SPEC 13 at alpha 3 deg; wings level with a jam, at a calibrated airspeed."""
+        level = ask("trim --altitude-ft 800 --angle-of-attack-deg 3 --json").json
+        assert level["tas_kt"] == pytest.approx(164.14225 * KT_PER_FT_S, abs=1e-5)
+        wings_level = ask("trim --altitude-ft 10000 --cas-kt 100 --bank-deg 0 --rudder-deg 10 10 --json")
+        assert wings_level.code == 0
+        assert wings_level.json["cas_kt"] == pytest.approx(100)
+        assert wings_level.json["phi_deg"] == 0
+
+    def test_both_sides_of_a_breakpoint(self, ask):
+        at = "--altitude-ft 10000 --tas-kt 70"
+        for command in ("trim", "linearize"):
+            found = ask(f"{command} {at} --json").json
+            assert found["at_breakpoint"][0] == "beta_deg = 0"
+            assert found["stable_sides"][0] == [True, False]
+            assert found["growth_sides_per_s"][0] == pytest.approx([-0.00179, 0.00199], abs=1e-5)
+            assert found["stable"] is False
+
     def test_no_envelope(self, ask):
         answer = ask(f"envelope {NO_ENVELOPE} --json")
         assert answer.code == 0
@@ -211,7 +229,32 @@ def test_tables_for_people(ask):
         assert answer.err == ""
         assert "feasible" in answer.out
     rows = ask(f"linearize {JAMMED}").out
+    assert "at the breakpoint p_deg_s = 0" in rows
     assert "elevator, aileron, throttle" in rows
+
+
+def test_an_envelope_answers_three_numbers_first(ask):
+    lines = ask("envelope --altitude-ft 10000 --rudder-deg -10 20 --engine-out left").out.splitlines()
+    names = [
+        line.split("\N{BOX DRAWINGS LIGHT VERTICAL}")[1].strip()
+        for line in lines
+        if "\N{BOX DRAWINGS LIGHT VERTICAL}" in line
+    ]
+    assert names[:5] == ["feasible", "v_min_kt", "v_max_kt", "condition", "failure"]
+    (failure,) = (line for line in lines if " failure " in line)
+    assert "rudder -10 .. 20\N{DEGREE SIGN}, left engine out" in failure
+    assert "at V_min: tas_kt" in names
+    assert "at V_max: throttle_pct" in names
+
+
+def test_without_an_envelope_the_nearest_manoeuvre_says_what_it_breaks(ask):
+    words = " ".join(ask(f"envelope {NO_ENVELOPE}").out.replace("\N{BOX DRAWINGS LIGHT VERTICAL}", " ").split())
+    assert "at V_" not in words
+    assert "nearest manoeuvre: why not outside alpha.upper, aileron.lower, throttle.upper" in words
+    answer = ask(f"envelope {NO_ENVELOPE} --json").json
+    assert answer["at_v_min"] is answer["at_v_max"] is None
+    assert answer["nearest"]["throttle_pct"] > 100
+    assert "throttle.upper" in answer["nearest"]["limits_hit"]
 
 
 class TestHelp:

@@ -67,6 +67,10 @@ def test_both_engines_out_glide(ask):
         ("--damage-case tail", "'--damage-case'"),
         ("--engine-out all", "'all' is not one of 'none', 'left', 'right', 'both'"),
         ("--engine-out left --fmu none.fmu", "'none.fmu' is the study's airframe with one throttle; leave out --fmu"),
+        (
+            "--throttle-pct 10 20 --throttle-left-pct 0 50 --throttle-right-pct 0 60",
+            "--throttle-pct has no effect beside --throttle-left-pct and --throttle-right-pct; leave one of them out.",
+        ),
         ("--throttle-left-pct 60 40", "throttle left in %: limits 60 40 are reversed"),
         ("--throttle-right-pct 0 nan", "throttle right in %: limits 0 nan are not finite"),
         ("--fuel-used-lb -1", "fuel_used_lb is -1.0; allowed are 0 .. 20."),

@@ -80,7 +80,7 @@ class TestBadInput:
         assert_sentence(ask(command), "Missing option '--altitude-ft'; see `gtm-fmu .* --help`")
 
     def test_missing_speed(self, ask):
-        assert_sentence(ask("trim --altitude-ft 1000"), "Missing option '--tas-kt'")
+        assert_sentence(ask("trim --altitude-ft 1000"), "No speed is given; give one")
 
     @pytest.mark.parametrize(
         ("command", "sentence"),
