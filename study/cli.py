@@ -13,7 +13,9 @@ from rich.console import Console
 from rich.table import Table
 from typer.exceptions import TyperException
 
+from gtm_fmu import __version__
 from gtm_fmu.errors import InputError
+from study.command import Commands
 from study.dataset_command import dataset
 from study.files import check_picture
 from study.map_command import maps
@@ -24,12 +26,11 @@ from study.surrogate_command import surrogates, thrust_map
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
 
-app = typer.Typer(
+app = Commands(
     name="gtm-fmu",
     help="Flight envelopes of the impaired NASA Generic Transport Model: FMUs, trims, envelopes, surrogates.",
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,
 )
 
 Altitude = Annotated[float, typer.Option(help="Geometric altitude, 0 to 36089 ft.")]
@@ -38,6 +39,21 @@ Alpha = Annotated[Pair, pair("Bounds of the angle of attack in deg.")]
 Phi = Annotated[Pair, pair("Bounds of the bank angle in deg.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Fmu = Annotated[Path | None, typer.Option(help="Evaluate this GtmDynamics.fmu, or a native one, not the core.")]
+
+
+def _show_version(is_asked: bool) -> None:
+    if is_asked:
+        print(f"gtm-fmu {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _gtm_fmu(
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Print the version and end.")
+    ] = False,
+) -> None:
+    pass
 
 
 def example(command: str) -> str:

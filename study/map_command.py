@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from study.command import Commands
 from study.files import check_picture, save_picture
 from study.options import FAILURE, check_varied, given_failure, takes
 from study.progress import Advance, stages
@@ -19,7 +20,7 @@ Plot = Annotated[Path, typer.Option(help="The picture (.png) or interactive page
 Control = Annotated[str, typer.Option(help="elevator, aileron, rudder or throttle.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
-maps = typer.Typer(help="Pictures of many envelopes, for any failure.", rich_markup_mode=None)
+maps = Commands(help="Pictures of many envelopes, for any failure.")
 
 
 @contextmanager

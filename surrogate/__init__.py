@@ -1,8 +1,8 @@
 """Networks that stand in for an expensive function: training, selection, evaluation and export.
 
-Only the training of networks needs torch; it is imported when a training starts. Estimators in scikit-learn's
-convention are in `surrogate.estimators`, the forms in which a model can be written in `surrogate.exports`, the figures
-in `surrogate.plots`.
+Only the training of networks needs torch; it is imported when a training starts. What belongs to training, and the
+estimators in scikit-learn's convention, are imported when they are first asked for. The forms in which a model can be
+written are in `surrogate.exports`, the figures in `surrogate.plots`.
 """
 
 from importlib import import_module
@@ -14,18 +14,26 @@ from surrogate.network import Network
 from surrogate.storage import load_model
 
 if TYPE_CHECKING:
+    from surrogate.estimators import (
+        BayesianRegularizationRegressor,
+        HilomotRegressor,
+        LevenbergMarquardtRegressor,
+        LolimotRegressor,
+    )
     from surrogate.levenberg_marquardt import History, Schedule
     from surrogate.local_training import Growth, LocalSettings
     from surrogate.protocol import Selection, Split, select_network, split_samples
     from surrogate.training import train_local_models, train_networks
 
-_TRAINING = ("levenberg_marquardt", "local_training", "protocol", "training")
-
 __all__ = [
+    "BayesianRegularizationRegressor",
     "Growth",
+    "HilomotRegressor",
     "History",
+    "LevenbergMarquardtRegressor",
     "LocalModelNetwork",
     "LocalSettings",
+    "LolimotRegressor",
     "Network",
     "Schedule",
     "Selection",
@@ -39,10 +47,26 @@ __all__ = [
 ]
 
 
+_NAMES = {
+    "estimators": (
+        "BayesianRegularizationRegressor",
+        "HilomotRegressor",
+        "LevenbergMarquardtRegressor",
+        "LolimotRegressor",
+    ),
+    "levenberg_marquardt": ("History", "Schedule"),
+    "local_training": ("Growth", "LocalSettings"),
+    "protocol": ("Selection", "Split", "select_network", "split_samples"),
+    "training": ("train_local_models", "train_networks"),
+}
+_HOMES = {name: home for home, names in _NAMES.items() for name in names}
+
+
 def __getattr__(name: str) -> Any:
-    """What belongs to training, which is imported when it is asked for: a model loads and predicts without it."""
-    if name in __all__:
-        for module in (import_module(f"surrogate.{home}") for home in _TRAINING):
-            if name in vars(module):
-                return vars(module)[name]
-    raise AttributeError(f"module 'surrogate' has no attribute '{name}'")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'surrogate' has no attribute '{name}'")
+    return getattr(import_module(f"surrogate.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

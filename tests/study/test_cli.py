@@ -265,6 +265,11 @@ class TestHelp:
             for name in COMMANDS:
                 assert re.search(rf"^  {name}\s+[A-Z].*\.$", answer.out, re.MULTILINE), name
 
+    @pytest.mark.parametrize("command", ["", "trim", "map", "map limits"])
+    def test_short_option(self, ask, command):
+        assert ask(f"{command} -h") == ask(f"{command} --help")
+        assert f"Usage: gtm-fmu {command}".strip() in ask(f"{command} -h").out
+
     def example(self, ask, command: str) -> list[str]:
         answer = ask(command, "--help")
         assert answer.code == 0

@@ -83,6 +83,26 @@ class TestBadInput:
         assert_sentence(ask("trim --altitude-ft 1000"), "No speed is given; give one")
 
     @pytest.mark.parametrize(
+        ("words", "command", "held"),
+        [
+            ("--altitude-ft 10000 --rudder-deg 5", "envelope", "5"),
+            ("--altitude-ft 10000 --rudder-deg 5 --tas-kt 80", "trim", "5"),
+            ("--altitude-ft 10000 --rudder-deg --tas-kt 80", "linearize", "nothing"),
+            ("--altitude-ft 10000 --rudder-deg 5", "predict", "5"),
+            ("store --cases 3 --rudder-deg", "dataset", "nothing"),
+            ("--plot map.html --rudder-deg 5", "map limits", "5"),
+        ],
+    )
+    def test_pair_with_too_few_values(self, ask, words, command, held):
+        sentence = f"'--rudder-deg' takes 2 values (LOWER UPPER), but {held} was given; see `gtm-fmu {command} --help`"
+        assert_sentence(ask(f"{command} {words}"), re.escape(sentence))
+
+    def test_option_without_its_value(self, ask):
+        sentence = "'--over' takes 4 values (AXIS LOWER UPPER STEP), but gamma -5 5 was given; see `gtm-fmu envelope"
+        assert_sentence(ask("envelope --altitude-ft 0 --over gamma -5 5"), re.escape(sentence))
+        assert_sentence(ask("predict --altitude-ft"), "--altitude-ft.*see `gtm-fmu predict --help`")
+
+    @pytest.mark.parametrize(
         ("command", "sentence"),
         [
             ("fly --altitude-ft 1000", "No such command 'fly'"),

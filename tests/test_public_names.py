@@ -1,0 +1,78 @@
+"""`gtm_fmu` and `surrogate`: what a program imports from them, how long that takes, and the version."""
+
+import importlib
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import FunctionType
+
+import pytest
+
+import gtm_fmu
+import surrogate
+
+ROOT = Path(__file__).parents[1]
+ESTIMATORS = [
+    "BayesianRegularizationRegressor",
+    "HilomotRegressor",
+    "LevenbergMarquardtRegressor",
+    "LolimotRegressor",
+]
+
+
+def run(program: str) -> str:
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.mark.parametrize("package", [gtm_fmu, surrogate])
+def test_every_public_name_is_there(package):
+    for name in package.__all__:
+        assert getattr(package, name) is not None
+    assert dir(package) == sorted(package.__all__)
+    with pytest.raises(AttributeError, match=f"'{package.__name__}' has no attribute 'absent'"):
+        package.absent  # noqa: B018
+
+
+def test_estimators_without_torch():
+    program = f"import sys\nfrom surrogate import {', '.join(ESTIMATORS)}\nprint('torch' in sys.modules)"
+    assert run(program) == "False"
+    assert set(ESTIMATORS) < set(surrogate.__all__)
+
+
+@pytest.mark.parametrize(("package", "milliseconds"), [("gtm_fmu", 100), ("surrogate", 500)])
+def test_import_is_quick(package, milliseconds):
+    """Processor time; 10 and 70 ms were measured. With everything behind the names it is about 2 s."""
+    program = f"""
+import sys
+from time import process_time
+begin = process_time()
+import {package}
+print(process_time() - begin, 'scipy' in sys.modules, 'sklearn' in sys.modules)"""
+    seconds, *imported = run(program).split()
+    assert 1000 * float(seconds) < milliseconds
+    assert imported == ["False", "False"]
+
+
+def test_functions_named_as_modules():
+    """The function, whether its module was imported before, afterwards, or not."""
+    for name in ("envelope", "equilibrium", "trim"):
+        assert importlib.import_module(f"gtm_fmu.{name}").__name__ == f"gtm_fmu.{name}"
+        assert isinstance(getattr(gtm_fmu, name), FunctionType)
+    named = "print(type(envelope).__name__, type(gtm_fmu.envelope).__name__)"
+    assert run(f"import gtm_fmu.envelope\nfrom gtm_fmu import envelope\n{named}") == "function function"
+    assert run(f"from gtm_fmu import envelope\nimport gtm_fmu.envelope\n{named}") == "function function"
+
+
+def test_version():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert gtm_fmu.__version__ == project["version"]
+
+
+def test_module_is_the_command_line():
+    """`python -m gtm_fmu`; the package itself does not know the command line."""
+    done = subprocess.run([sys.executable, "-m", "gtm_fmu", "--version"], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"gtm-fmu {gtm_fmu.__version__}\n", "")
+    assert run("import sys\nfrom gtm_fmu import ControlLimits, envelope\nprint('study' in sys.modules)") == "False"
