@@ -1,7 +1,8 @@
 """The boundary of an envelope in the plane of speed and turn rate: polygons, and the limits that hold their pieces.
 
 A grid of trims shows where the boundary runs: between a trim and a cell without one. Each crossing of a line of the
-grid is the extreme of the speed or of the turn rate on it, sought from the trim. Between two crossings points are added
+grid is the extreme of the speed or of the turn rate on it, sought from the trim. A search that reaches the cell has
+found a trim that the grid missed, and the way around is taken anew. Between two crossings points are added
 on lines across, until the polygon is straight there and one limit holds it.
 """
 
@@ -30,6 +31,7 @@ _STEPS = np.array([1.0, 1.0])  # deg/s, kt, of the grid; finer where an envelope
 _CURVE_STEPS = (0.5, 1.0)
 _FEWEST = 12
 _FINEST = 1e-3  # of the steps
+_REACHED = 1e-6  # of the steps
 _MOST_WINDOWS, _MOST_SHEETS, _MOST_HALVINGS = 12, 6, 12
 _FARTHEST = 2.0  # steps of the grid, from the crossings to a point between them
 
@@ -38,7 +40,9 @@ _FARTHEST = 2.0  # steps of the grid, from the crossings to a point between them
 class Piece:
     """A part of the boundary that the same limits hold: turn rates (n) in deg/s and speeds (n) in kt.
 
-    No limits: the aircraft itself has no manoeuvre beyond.
+    A throttle's lower limit holds it too where the net thrust sticks at zero. No limits: the aircraft itself has no
+    manoeuvre beyond. Of the curve that two jams leave they are the jams, as
+    ``rudder.jam``, unless another limit holds all of it.
     """
 
     limits: tuple[str, ...]
@@ -101,6 +105,7 @@ class _Tracer:
         self._condition = condition
         self._at = condition.altitude_ft, condition.gamma_deg * RAD_PER_DEG
         self._airframe = condition.failure.airframe
+        self._crossings: dict[tuple[float, float], _Vertex] = {}
         ends = _PER_UNIT * np.array([seeds[:, _UNKNOWN].min(axis=0), seeds[:, _UNKNOWN].max(axis=0)])
         self._steps = np.minimum(_STEPS, [np.inf, max((ends[1, 1] - ends[0, 1]) / _FEWEST, _FINEST)])
         while True:
@@ -118,13 +123,21 @@ class _Tracer:
 
     def rings(self) -> Iterator[list[_Vertex]]:
         """Vertices of each polygon, with the manoeuvres on the left of the way around."""
-        for line in contourpy.contour_generator(z=self.found.feasible.astype(float)).lines(0.5):
-            corners = [self._crossing(*place) for place in np.asarray(line)[:-1]]
+        for corners in self._corners():
             ring = []
             for start, end in pairwise([*corners, corners[0]]):
                 box = 0.5 * np.abs(end.place - start.place) + _FARTHEST * self._steps
                 ring += [start, *self._between(start, end, (0.5 * (start.place + end.place), box))]
             yield ring
+
+    def _corners(self) -> list[list[_Vertex]]:
+        """The crossings of each polygon with the lines of the grid, once every trim of a cell is known."""
+        cells = 0
+        while cells < (cells := int(np.count_nonzero(self.found.feasible))):
+            lines = contourpy.contour_generator(z=self.found.feasible.astype(float)).lines(0.5)
+            around = [[self._crossing(*place) for place in np.asarray(line)[:-1].tolist()] for line in lines]
+        rings = [[each for each, after in pairwise([*ring, ring[0]]) if _are_apart(each, after)] for ring in around]
+        return [ring for ring in rings if ring]
 
     def curve(self, seeds: np.ndarray) -> Piece:
         """Manoeuvres where they have no area: the curve of two jams, from end to end.
@@ -147,7 +160,9 @@ class _Tracer:
                 vertices.append(self._vertex(best.y))
         vertices.append(ends[-1])
         common = set.intersection(*(set(vertex.limits) for vertex in vertices))
-        return Piece(tuple(sorted(common)), *np.array([vertex.place for vertex in vertices]).T)
+        failure = self._condition.failure
+        jams = [f"{name}.jam" for name, is_jammed in zip(failure.controls, failure.jammed, strict=True) if is_jammed]
+        return Piece(tuple(sorted(common) or jams), *np.array([vertex.place for vertex in vertices]).T)
 
     def _turning_most(self) -> list[np.ndarray]:
         """Manoeuvres of the least and of the greatest turn rate."""
@@ -156,15 +171,28 @@ class _Tracer:
         return [solver.envelope_end(*self._at, *bounds, sign * objective, self._airframe).y for sign in (1.0, -1.0)]
 
     def _crossing(self, column: float, row: float) -> _Vertex:
-        """Where the boundary crosses a line of the grid, between the two cells about a half of an index."""
+        """Where the boundary crosses a line of the grid, between the two cells about a half of an index.
+
+        Where the trims go on to the cell without one, that has one from now on.
+        """
+        if (column, row) in self._crossings:
+            return self._crossings[column, row]
         cells = [(int(rounded(row)), int(rounded(column))) for rounded in (np.floor, np.ceil)]
         inside, outside = sorted(cells, key=lambda cell: not self.found.feasible[cell])
         start, end = (np.array([self._axes[0][j], self._axes[1][i]]) for i, j in (inside, outside))
         y = self.found.y[inside]
-        return self._extreme(start, end, y[None]) or self._vertex(y)
+        found = self._extreme(start, end, y[None]) or self._vertex(y)
+        if np.all(np.abs(found.place - end) <= _REACHED * self._steps):
+            self.found.feasible[outside], self.found.y[outside] = True, found.y
+        self._crossings[column, row] = found
+        return found
 
     def _vertex(self, y: np.ndarray) -> _Vertex:
-        return _Vertex(_PER_UNIT * y[list(_UNKNOWN)], y, manoeuvre.limits_hit(y, *self._condition.bounds))
+        limits = manoeuvre.limits_hit(y, *self._condition.bounds)
+        if not limits and manoeuvre.is_idling(*solver.trim_states(*self._at, y, self._airframe), self._airframe):
+            throttles = (name for name in self._condition.failure.controls if name.startswith("throttle"))
+            limits = tuple(f"{name}.lower" for name in throttles)
+        return _Vertex(_PER_UNIT * y[list(_UNKNOWN)], y, limits)
 
     def _extreme(self, start: np.ndarray, end: np.ndarray, starts: np.ndarray) -> _Vertex | None:
         """The trim farthest from one place towards another on a line of equal speed or turn rate."""
@@ -244,6 +272,10 @@ class _Tracer:
             return None
         points = (middle + share * way for share in (0.0, 0.25, 0.5, 0.75))
         return next((point for point in points if self._trim(point) is None), None)
+
+
+def _are_apart(one: _Vertex, other: _Vertex) -> bool:
+    return bool(np.any(np.abs(one.place - other.place) > _REACHED * _TOLERANCE))
 
 
 def _pieces(ring: list[_Vertex]) -> tuple[Piece, ...]:

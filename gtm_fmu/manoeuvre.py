@@ -40,6 +40,7 @@ TURN_RATE_DEG_S: Range = (-90.0, 90.0)
 """What may be asked: the atmosphere's first layer, and speeds, paths and turns that hold every trim of the model."""
 
 _HELD_TOLERANCE = 1e-6  # of an unknown's typical size: closer to a bound than this is held by it
+_NO_THRUST = 1e-6  # lbf
 CONVERGED_RESIDUAL = 1e-9
 """Largest acceleration of a converged trim, ft/s^2 and rad/s^2 alike."""
 
@@ -136,8 +137,18 @@ def limits_hit(y, lower, upper) -> tuple[str, ...]:
 
 def load_factors(x, u, configuration: Configuration | None = None) -> np.ndarray:
     """Load factor (..) of states x (.., 12) and controls u (.., 4 or 5); see `Trim.load_factor`."""
-    outputs = motion.outputs(x, u) if configuration is None else configured.outputs(x, u, configuration)
-    return -outputs[..., OUTPUTS.index("load_z")]
+    return -_outputs(x, u, configuration)[..., OUTPUTS.index("load_z")]
+
+
+def is_idling(x, u, configuration: Configuration | None = None) -> np.ndarray:
+    """Whether the engines have no net thrust (..): it sticks at zero there whatever a low throttle (SPEC 6)."""
+    thrusts = [OUTPUTS.index("thrust_left"), OUTPUTS.index("thrust_right")]
+    return (_outputs(x, u, configuration)[..., thrusts] <= _NO_THRUST).all(axis=-1)
+
+
+def _outputs(x, u, configuration: Configuration | None) -> np.ndarray:
+    """`names.OUTPUTS` (.., 15)."""
+    return motion.outputs(x, u) if configuration is None else configured.outputs(x, u, configuration)
 
 
 @dataclass(frozen=True)

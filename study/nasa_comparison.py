@@ -43,7 +43,7 @@ def plot_comparison(readings: Path) -> Figure:
     )
     figure = Figure(figsize=(10, 7), layout="constrained")
     panels = figure.subplots(2, 2)
-    speeds = np.linspace(46.0, 135.0, 160)
+    speeds = np.linspace(45.0, 135.0, 160)
     trims = [trim_at_eas(eas) for eas in speeds.tolist()]
     alphas = np.array([trim.alpha_deg for trim in trims])
     for axes, column, values, label in (

@@ -13,6 +13,7 @@ from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.failures import ControlLimits, Failure
 from tests import brute_force
+from tests.reference import plain_model
 
 GAP = (33591.549399502124, 0.3801354179272882, Failure(ControlLimits(rudder_deg=(7.731865359248744,) * 2)))
 
@@ -188,6 +189,7 @@ def test_two_jams_leave_a_curve(jams):
     whole = condition.envelope()
     assert [curve.tas_kt.min(), curve.tas_kt.max()] == pytest.approx([whole.v_min_kt, whole.v_max_kt], abs=0.1)
     assert len(curve.tas_kt) > 10
+    assert set(curve.limits) == {f"{name.removesuffix('_deg')}.jam" for name in jams}
     name, (jam, _) = next(iter(jams.items()))
     phi_deg = []
     for tas_kt, rate in zip(curve.tas_kt, curve.turn_rate_deg_s, strict=True):
@@ -212,3 +214,43 @@ def test_an_envelope_of_one_speed_has_a_boundary_of_one_point():
 def test_without_an_envelope_there_is_no_polygon():
     boundary = envelope_boundary(FlightCondition(30000, 5, ControlLimits(rudder_deg=(30, 30))))
     assert boundary.polygons == boundary.outlines == ()
+
+
+COMPLETE = {
+    "paper Fig. 24": (30000.0, 1.0, rudder(-30, 10)),
+    "restriction in a climb": (15913.0, 2.95, rudder(-20.968510174729353, 27.820252370698256)),
+    "jam in a steep glide": (10507.0, -5.51, rudder(-3.247807235087169, -3.247807235087169)),
+    "restriction in a steep glide": (3481.0, -5.97, rudder(-12.643324552684845, 2.921482559459591)),
+    "with a gap": GAP,
+}
+
+
+@pytest.mark.parametrize("name", COMPLETE)
+def test_every_piece_has_a_length_and_a_limit(name):
+    for around in envelope_boundary(FlightCondition(*COMPLETE[name])).polygons:
+        for piece in around:
+            assert piece.limits
+            edges = np.diff([piece.tas_kt, piece.turn_rate_deg_s], axis=1) / TOLERANCES[:, None]
+            assert np.abs(edges).max(axis=0).min() > 1e-6
+
+
+def test_a_trim_that_the_grid_missed_leaves_no_spur():
+    """Trims of jams go on beyond (6 deg/s, 103.4 kn), so that it is no place of the boundary."""
+    condition = FlightCondition(*COMPLETE["paper Fig. 24"])
+    jams = np.arange(-10.0, 0.0, 0.25)
+    places = np.full_like(jams, 103.385), np.full_like(jams, 5.9914)
+    assert feasible(condition, *places, jams)[0].any()
+    assert feasible(condition, places[0] + 0.35, places[1], jams)[0].any()
+    assert distance(envelope_boundary(condition), 103.385, 5.9914) > 3
+
+
+def test_where_the_thrust_sticks_at_zero_idle_holds_the_boundary():
+    """Steep glides end where more drag than the least would need a thrust below zero, whatever the throttle."""
+    boundary = envelope_boundary(FlightCondition(*COMPLETE["jam in a steep glide"]))
+    idle = [piece for around in boundary.polygons for piece in around if "throttle.lower" in piece.limits]
+    assert idle
+    condition = FlightCondition(*COMPLETE["jam in a steep glide"])
+    tas_kt, rate = idle[0].tas_kt[len(idle[0].tas_kt) // 2], idle[0].turn_rate_deg_s[len(idle[0].tas_kt) // 2]
+    trim = steady.trim(condition.altitude_ft, tas_kt, condition.gamma_deg, rate, condition.failure)
+    x, u = trim.state_and_controls
+    assert plain_model.outputs(x, u)[11:13] == pytest.approx([0, 0], abs=0.02)

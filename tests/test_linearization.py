@@ -164,7 +164,7 @@ def test_level_trims_over_alpha_agree_with_nasa():
 
 def test_level_trims_over_speed_agree_with_nasa():
     table = readings("level_trim_vs_eas")
-    for row in table[table["eas_kt"] > 53.0]:
+    for row in table:
         found = nasa_comparison.trim_at_eas(float(row["eas_kt"]))
         assert found.elevator_deg == pytest.approx(row["elevator_deg"], abs=0.1)
         assert found.throttle_pct == pytest.approx(row["throttle_pct"], abs=0.15)
@@ -174,7 +174,7 @@ def test_level_trims_over_speed_agree_with_nasa():
 
 def test_longitudinal_modes_agree_with_nasa_on_the_nearer_side():
     table = readings("longitudinal_modes_vs_alpha")
-    for row in table[table["alpha_deg"] < nasa_comparison.ALPHA_DEG[1]]:
+    for row in table:
         sides = nasa_comparison.modes(float(row["alpha_deg"]))
         off = [
             (abs(phugoid.frequency_hz - row["phugoid_hz"]), abs(short.frequency_hz - row["sp_hz"]))
