@@ -143,7 +143,7 @@ def load_factors(x, u, configuration: Configuration | None = None) -> np.ndarray
 def is_idling(x, u, configuration: Configuration | None = None) -> np.ndarray:
     """Whether the engines have no net thrust (..): it sticks at zero there whatever a low throttle (SPEC 6)."""
     thrusts = [OUTPUTS.index("thrust_left"), OUTPUTS.index("thrust_right")]
-    return (_outputs(x, u, configuration)[..., thrusts] <= _NO_THRUST).all(axis=-1)
+    return np.all(_outputs(x, u, configuration)[..., thrusts] <= _NO_THRUST, axis=-1)
 
 
 def _outputs(x, u, configuration: Configuration | None) -> np.ndarray:
