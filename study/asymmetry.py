@@ -25,8 +25,8 @@ def differences(cases: int, configuration: Configuration | None = None) -> np.nd
     Where one of the two has no envelope they are left out, so that n is smaller.
     """
 
-    def ends(altitude_ft: float, gamma_deg: float, *rudder_deg: float) -> tuple[float, float]:
-        failure = Failure(ControlLimits(rudder_deg=rudder_deg), configuration or Configuration())
+    def ends(altitude_ft: float, gamma_deg: float, low: float, high: float) -> tuple[float, float]:
+        failure = Failure(ControlLimits(rudder_deg=(low, high)), configuration or Configuration())
         found = FlightCondition(altitude_ft, gamma_deg, failure).envelope()
         if found.v_min_kt is None or found.v_max_kt is None:
             return np.nan, np.nan

@@ -42,7 +42,7 @@ def test_with_a_centred_cg_mirrored_failures_nearly_agree(centred):
 
 
 def test_one_failure_differs_by_over_thirteen_knots(centred):
-    """methods/ENVELOPE.md: up to 13.6 kn; a jam to one side leaves slow flight, to the other not."""
+    """methods/ENVELOPE.md: up to 13.6 kn, where the aileron at its limit ends slow flight."""
 
     def apart(configuration: Configuration) -> float:
         jams = (ControlLimits(rudder_deg=(jam, jam)) for jam in (-22.390974, 22.390974))
