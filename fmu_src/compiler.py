@@ -66,22 +66,25 @@ def host_platform() -> Platform:
     here = platform_folder()
     names = {name: platform for platform in reversed(PLATFORMS) for name in (platform.fmi2, platform.fmi3) if name}
     if here not in names:
-        raise InputError(f"Native FMUs are not built for {here}: build on one of {', '.join(sorted(names))}.")
+        raise InputError(f"FMUs are not built for {here}: build on one of {', '.join(sorted(names))}.")
     return names[here]
 
 
-def host_binary(name: str, sources: dict[str, bytes]) -> dict[Platform, bytes]:
+def host_binary(name: str, sources: dict[str, bytes], libraries: Sequence[str] = ()) -> dict[Platform, bytes]:
     """The shared library for this platform, by its own compiler (environment variable CC, default cc).
+
+    Args:
+        libraries: flags for what it is linked with besides the C library and that of mathematics.
 
     Raises:
         InputError: no compiler, or the compiler fails.
     """
     platform = host_platform()
     try:
-        return {platform: _compile(shlex.split(os.environ.get("CC", "cc")), platform, name, sources)}
+        return {platform: _compile(shlex.split(os.environ.get("CC", "cc")), platform, name, sources, libraries)}
     except FileNotFoundError:
         raise InputError(
-            "A native FMU needs a C compiler and none was found: install one (for instance gcc), or the extra "
+            "An FMU needs a C compiler and none was found: install one (for instance gcc), or the extra "
             "`gtm-fmu[cross]` and build for all platforms."
         ) from None
 
@@ -117,7 +120,13 @@ def all_binaries(
     return binaries
 
 
-def _compile(command: Sequence[str], platform: Platform, name: str, sources: dict[str, bytes]) -> bytes:
+def _compile(
+    command: Sequence[str],
+    platform: Platform,
+    name: str,
+    sources: dict[str, bytes],
+    libraries: Sequence[str] = (),
+) -> bytes:
     """One shared library; compiled with relative paths, so that nothing of this machine gets into it."""
     paths = sorted(path for path in sources if path.endswith(".c"))
     with temporary_folder() as folder:
@@ -129,7 +138,7 @@ def _compile(command: Sequence[str], platform: Platform, name: str, sources: dic
             objects = list(pool.map(lambda path: _object(compiler, path, sources, folder), paths))
         library = f"{name}{platform.suffix}"
         math = [] if platform.suffix == ".dll" else ["-lm"]
-        _run([*compiler, *platform.link_flags, "-shared", "-o", library, *objects, *math], folder)
+        _run([*compiler, *platform.link_flags, "-shared", "-o", library, *objects, *math, *libraries], folder)
         return Path(folder, library).read_bytes()
 
 

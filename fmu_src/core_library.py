@@ -1,6 +1,7 @@
 """The compiled core in an FMU's resources. It runs in the Python of the host."""
 
 import ctypes
+import zlib
 from operator import mul, truediv
 from pathlib import Path
 
@@ -19,9 +20,16 @@ def load_core(resources: str, model: str) -> ctypes.CDLL:
             "build_fmu.py."
         )
     try:
-        return ctypes.CDLL(str(library))
+        checksum = zlib.crc32(library.read_bytes())
+        if checksum not in _LOADED:
+            _LOADED[checksum] = ctypes.CDLL(str(library))
+        return _LOADED[checksum]
     except OSError as error:
         raise RuntimeError(f"The compiled core of {model} does not load ({error}): build the FMU anew.") from None
+
+
+_LOADED: dict[int, ctypes.CDLL] = {}
+"""By its checksum: a process keeps what it has loaded, so each unpacked copy would stay in memory and on disk."""
 
 
 class Buffer:

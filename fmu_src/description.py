@@ -50,8 +50,8 @@ EXTRA = "extra/alt.gtm-fmu"
 
 LOG_CATEGORIES = {
     "logStatusWarning": "A command is held inside its limits.",
-    "logStatusDiscard": "A value or a step is refused.",
-    "logStatusError": "A call or a value is refused, or the outputs cannot be computed.",
+    "logStatusDiscard": "A value or a step is refused, or the outputs cannot be computed.",
+    "logStatusError": "A call is refused.",
     "logStatusFatal": "The FMU cannot go on.",
     "logAll": "All messages.",
 }
@@ -180,6 +180,7 @@ def slave_table(model: ModelDescription) -> dict:
         "starts": [0.0 if variable.start is None else float(variable.start) for variable in variables],
         "scales": [variable.scale for variable in variables],
         "booleans": [place[variable.name] for variable in variables if variable.boolean],
+        "computed": [place[variable.name] for variable in model.initial_unknowns],
         "bounds": {
             str(place[variable.name]): [variable.minimum, variable.maximum]
             for variable in variables

@@ -64,12 +64,12 @@ class GtmAircraft(TableSlave):
             self.values[self.x.places] = states
             ctypes.memmove(self.memory, before, len(before))
             return fault
-        self.is_stale = False
         return None
 
     def _get_fmu_state(self):
         return {**super()._get_fmu_state(), "memory": list(self.memory)}
 
-    def _set_fmu_state(self, state):
-        super()._set_fmu_state(state)
+    def restore(self, state: dict) -> None:
+        """Go back to what `_get_fmu_state` gave."""
+        super().restore(state)
         self.memory[:] = state["memory"]

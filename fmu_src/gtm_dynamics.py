@@ -85,12 +85,12 @@ class GtmDynamics(TableSlave):
         if fault:
             return fault
         self.values[self.x.places] = self.x.read()
-        self.is_stale = False
         return None
 
     def _get_fmu_state(self):
         return {**super()._get_fmu_state(), "held": sorted(self.held)}
 
-    def _set_fmu_state(self, state):
-        super()._set_fmu_state(state)
+    def restore(self, state: dict) -> None:
+        """Go back to what `_get_fmu_state` gave."""
+        super().restore(state)
         self.held = set(state["held"])

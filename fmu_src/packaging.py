@@ -1,7 +1,9 @@
-"""Building an FMU: pythonfmu wraps the slave, then the archive is repacked so that equal contents give equal bytes.
+"""Building an FMU: pythonfmu packs the slave, then the archive is repacked so that equal contents give equal bytes.
 
 All slaves of a process share its modules, so the code of an FMU lies in a package named by a hash of its contents:
 two FMUs, or an old and a rebuilt one, never run each other's code.
+
+The binary is the wrapper in ``python_wrapper``, compiled for this platform; for Windows it is pythonfmu's own.
 """
 
 import sys
@@ -10,19 +12,20 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
-from importlib.resources import files
 from json import dumps
 from pathlib import Path
 
 from pythonfmu import FmuBuilder
 
 from fmu_src.archive import content_id, digest, write_archive
+from fmu_src.compiler import host_binary
 from fmu_src.description import ModelDescription, slave_table
 from fmu_src.documentation import PROJECT, documentation, legal_texts
 from fmu_src.dynamics_variables import dynamics_description
 from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.icon import icon_png
 from fmu_src.native_packaging import NATIVE_MODELS, refuse_networks
+from fmu_src.native_sources import standard_headers
 from fmu_src.slave import TABLE_FILE, platform_folder
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
@@ -31,7 +34,10 @@ from surrogate.closed_form import closed_form
 from surrogate.exports import json_text
 
 SOURCES = Path(__file__).parent
-ENTRY = '''"""Entry point of pythonfmu, which runs this file again at each instantiation; the code is in the package."""
+WRAPPER = "python_wrapper"
+PYTHONFMU_PLATFORM = "win64"
+"""Where the binary is pythonfmu's own."""
+ENTRY = '''"""Entry point for pythonfmu, whose binary runs it at each instantiation; the code is in the package."""
 
 import ctypes
 
@@ -51,18 +57,35 @@ class Contents:
     resources: dict[str, bytes]
     platforms: list[str]
 
+    @property
+    def _own_resources(self) -> dict[str, bytes]:
+        return {**self.resources, TABLE_FILE: dumps(slave_table(self.model), indent=1).encode()}
+
+    @property
+    def _code(self) -> dict[str, bytes]:
+        return {f"{name}.py": (SOURCES / f"{name}.py").read_bytes() for name in self.modules}
+
+    @property
+    def package(self) -> str:
+        """Name of the package that holds the code."""
+        return f"{self.modules[-1]}_{digest(self._own_resources | self._code)[:16]}"
+
     def files(self) -> dict[str, bytes]:
         """Files under ``resources`` by their path, the slave's package with its entry point included."""
-        resources = {**self.resources, TABLE_FILE: dumps(slave_table(self.model), indent=1).encode()}
-        code = {f"{name}.py": (SOURCES / f"{name}.py").read_bytes() for name in self.modules}
-        package = f"{self.modules[-1]}_{digest(resources | code)[:16]}"
-        entry = ENTRY.format(package=package, module=self.modules[-1], slave=self.model.name)
+        entry = ENTRY.format(package=self.package, module=self.modules[-1], slave=self.model.name)
         return {
-            f"{package}_entry.py": entry.encode(),
-            f"{package}/__init__.py": b'"""The code of one FMU."""\n',
-            **{f"{package}/{name}": source for name, source in code.items()},
-            **resources,
+            f"{self.package}_entry.py": entry.encode(),
+            f"{self.package}/__init__.py": b'"""The code of one FMU."""\n',
+            **{f"{self.package}/{name}": source for name, source in self._code.items()},
+            **self._own_resources,
         }
+
+    def wrapper_sources(self, guid: str) -> dict[str, bytes]:
+        """C files of the binary by their names, with the names of slave and module and the GUID that it asks for."""
+        names = {"GUID": guid, "MODULE": f"{self.package}.{self.modules[-1]}", "CLASS": self.model.name}
+        header = "".join(f'#define SLAVE_{name} "{value}"\n' for name, value in names.items())
+        files = {path.name: path.read_bytes() for path in sorted((SOURCES / WRAPPER).glob("*.[ch]"))}
+        return files | standard_headers(2) | {"fmu.h": header.encode()}
 
 
 def dynamics_contents(networks: Sequence[Path]) -> Contents:
@@ -99,14 +122,15 @@ def _with_core(model: ModelDescription, *modules: str) -> Contents:
 
 
 def surrogate_contents(networks: Sequence[Path]) -> Contents:
-    """GtmSurrogate: the network of V_min and V_max, and that of t_min; pure Python, for all platforms of pythonfmu."""
+    """GtmSurrogate: the network of V_min and V_max, and that of t_min; pure Python, so for Windows too."""
     from fmu_src.surrogate_variables import NETWORKS, read_networks, surrogate_description
 
     speeds, throttle = read_networks(networks)
     forms = closed_form(speeds), closed_form(throttle, has_std=False)
     resources = {f"{name}.json": json_text(form).encode() for name, form in zip(NETWORKS, forms, strict=True)}
     model = surrogate_description(speeds, throttle)
-    return Contents(model, ("slave", "closed_form", "envelope_slave", "gtm_surrogate"), resources, _served_platforms())
+    platforms = sorted({platform_folder(), PYTHONFMU_PLATFORM})
+    return Contents(model, ("slave", "closed_form", "envelope_slave", "gtm_surrogate"), resources, platforms)
 
 
 MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {
@@ -151,14 +175,17 @@ def build(
     if all_platforms:
         raise InputError(f"The FMU {name} runs in Python: only native ones are built for all platforms.")
     contents = MODELS[name](given)
-    _check_wrapper(contents.platforms)
     path = _place(destination, contents.model)
-    members = _wrapped(contents)
+    members = _packed(contents)
     pages = documentation(contents.model, contents.platforms, legal_texts("pythonfmu"))
     members |= {f"documentation/{path}": text for path, text in pages.items()}
     members["model.png"] = icon_png()
-    guid = content_id(members | {"xml": write_fmi2(contents.model, "", version(PROJECT))})
+    members["modelDescription.xml"] = write_fmi2(contents.model, "", version(PROJECT))
+    guid = content_id(members | contents.wrapper_sources(""))
     members["modelDescription.xml"] = write_fmi2(contents.model, guid, version(PROJECT))
+    if (here := platform_folder()) != PYTHONFMU_PLATFORM:
+        ((platform, binary),) = host_binary(contents.model.name, contents.wrapper_sources(guid), ["-ldl"]).items()
+        members[f"binaries/{here}/{contents.model.name}{platform.suffix}"] = binary
     return write_archive(path, members)
 
 
@@ -167,30 +194,20 @@ def _place(destination: str | Path, model: ModelDescription) -> Path:
     return check_writable(writable_folder(destination) / f"{model.name}.fmu")
 
 
-def _wrapped(contents: Contents) -> dict[str, bytes]:
-    """What pythonfmu makes: resources with its own code, and binaries for the platforms that can run."""
+def _packed(contents: Contents) -> dict[str, bytes]:
+    """What pythonfmu makes: resources with its own code, and its binary for the platform that runs it."""
     with temporary_folder() as folder, _import_state_kept():
-        source, wrapped = folder / "source", folder / "wrapped.fmu"
+        source, packed = folder / "source", folder / "packed.fmu"
         for path, content in contents.files().items():
             source.joinpath(path).parent.mkdir(parents=True, exist_ok=True)
             source.joinpath(path).write_bytes(content)
         entry = next(source.glob("*_entry.py"))
-        FmuBuilder.build_FMU(entry, wrapped, project_files=[path for path in source.iterdir() if path != entry])
-        with zipfile.ZipFile(wrapped) as archive:
+        FmuBuilder.build_FMU(entry, packed, project_files=[path for path in source.iterdir() if path != entry])
+        with zipfile.ZipFile(packed) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
-    kept = ("resources/", *(f"binaries/{platform}/" for platform in contents.platforms))
+    binaries = f"binaries/{PYTHONFMU_PLATFORM}/" if PYTHONFMU_PLATFORM in contents.platforms else "resources/"
+    kept = ("resources/", binaries)
     return {name: content for name, content in members.items() if name.startswith(kept) and "__pycache__" not in name}
-
-
-def _served_platforms() -> list[str]:
-    """Platforms that pythonfmu has a binary for."""
-    return sorted(folder.name for folder in files("pythonfmu").joinpath("resources", "binaries").iterdir())
-
-
-def _check_wrapper(platforms: Sequence[str]) -> None:
-    for platform in platforms:
-        if platform not in (served := _served_platforms()):
-            raise InputError(f"pythonfmu makes no FMU for {platform}: build it on one of {', '.join(served)}.")
 
 
 @contextmanager

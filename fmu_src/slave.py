@@ -1,10 +1,12 @@
 """What the slaves of this project share. It runs in the Python of the host: standard library and pythonfmu only.
 
-A slave is one flat list of numbers in SI, in the order of the variable table that travels in the FMU's resources.
-pythonfmu 0.7.0 answers an exception after instantiation by freeing the slave twice, so a slave never raises then: it
-logs one sentence and refuses the step. Log texts are format strings of C and hold no percent sign.
+A slave is one flat list of numbers in SI, in the order of the variable table that travels in the FMU's resources. What
+it refuses it says in one sentence of the log, whose status the wrapper gives to the caller. It never raises after
+instantiation: pythonfmu's own binary, which runs it on Windows, would then free it twice. Log texts are format strings
+of C and hold no percent sign.
 """
 
+import hashlib
 import json
 import platform
 import sys
@@ -49,8 +51,10 @@ class TableSlave(Fmi2Slave):
         self.names: list[str] = self.table["names"]
         self.values: list[float] = self.table["starts"]
         self.bounds = {int(place): bounds for place, bounds in self.table["bounds"].items()}
-        self.booleans = set(self.table["booleans"])
+        booleans, self.computed = set(self.table["booleans"]), set(self.table["computed"])
+        self.kinds = {"real": set(range(len(self.names))) - booleans, "Boolean": booleans}
         self.refused: dict[str, str] = {}
+        self.fault: str | None = None
         self.is_stale = True
 
     def group(self, name: str) -> slice:
@@ -75,20 +79,32 @@ class TableSlave(Fmi2Slave):
 
     def set_real(self, vrs, values):
         """Take finite values, and parameters inside their bounds; any other is refused and the old one kept."""
-        is_plain = isfinite(sum(values)) and not self.refused and self.bounds.keys().isdisjoint(vrs)
-        for place, value in zip(self._known(vrs), values, strict=False):
+        if self._are_known(vrs, "real"):
+            self._set(vrs, values)
+
+    def _set(self, places, values) -> None:
+        if not self.computed.isdisjoint(places):
+            name = self.names[next(place for place in places if place in self.computed)]
+            self.log(f"{name} is computed by the FMU and cannot be set.", Fmi2Status.error)
+            return
+        is_plain = isfinite(sum(values)) and not self.refused and self.bounds.keys().isdisjoint(places)
+        for place, value in zip(places, values, strict=True):
             if is_plain:
                 self.values[place] = value
             else:
                 self._set_checked(place, value)
         self.is_stale = True
 
-    def _known(self, places: list[int]) -> list[int]:
-        """The value references, or none of them when one does not exist."""
-        if max(places, default=0) < len(self.values):
-            return places
-        self.log(f"There is no value reference {max(places)}: the last is {len(self.values) - 1}.", Fmi2Status.error)
-        return []
+    def _are_known(self, places: list[int], kind: str) -> bool:
+        """Whether the value references are those of real or of Boolean variables."""
+        known = self.kinds[kind]
+        if known.issuperset(places):
+            return True
+        self._has_none(kind, [place for place in places if place not in known])
+        return False
+
+    def _has_none(self, kind: str, places: list[int]) -> None:
+        self.log(f"There is no {kind} variable with value reference {places[0]}.", Fmi2Status.error)
 
     def _set_checked(self, place: int, value: float) -> None:
         least, greatest = self.bounds.get(place, (-inf, inf))
@@ -101,32 +117,52 @@ class TableSlave(Fmi2Slave):
         unit = self.table["units"][place]
         allowed = f"{least:g} .. {greatest:g} {unit}" if place in self.bounds else "a finite number"
         self.refused[name] = f"{name} was given as {value:g}, allowed is {allowed}: {self.values[place]:g} is kept."
-        self.log(self.refused[name], Fmi2Status.error)
+        self.log(self.refused[name], Fmi2Status.discard)
 
     def _update(self) -> None:
+        """Compute the outputs if the values have changed; say what is wrong each time they are asked for."""
         if self.is_stale:
             self.is_stale = False
-            fault = self.compute()
-            if fault:
-                self.log(f"{fault} The outputs are those of the last good values.", Fmi2Status.error)
+            self.fault = self.refusal() or self.compute()
+        if self.fault:
+            self.log(f"{self.fault} The outputs are those of the last good values.", Fmi2Status.discard)
+
+    def _get(self, places) -> list[float]:
+        if not self.computed.isdisjoint(places):
+            self._update()
+        values = self.values
+        return [values[place] for place in places]
 
     def get_real(self, vrs):
         """Values in SI; the outputs are computed when they are asked for."""
-        self._update()
-        values = self.values
-        return [values[place] for place in self._known(vrs)] or [0.0] * len(vrs)
+        return self._get(vrs) if self._are_known(vrs, "real") else [0.0] * len(vrs)
 
     def get_boolean(self, vrs):
         """Values as truth."""
-        return [value != 0 for value in self.get_real(vrs)]
+        return [value != 0 for value in self._get(vrs)] if self._are_known(vrs, "Boolean") else [False] * len(vrs)
 
     def set_boolean(self, vrs, values):
         """Take truth as 0 or 1."""
-        for place in vrs:
-            if place not in self.booleans:
-                self.log(f"There is no Boolean variable with value reference {place}.", Fmi2Status.error)
-                return
-        self.set_real(vrs, [float(value) for value in values])
+        if self._are_known(vrs, "Boolean"):
+            self._set(vrs, [float(value) for value in values])
+
+    def get_integer(self, vrs):
+        """Refused: there are none."""
+        self._has_none("Integer", vrs)
+        return [0] * len(vrs)
+
+    def set_integer(self, vrs, values):
+        """Refused: there are none."""
+        self._has_none("Integer", vrs)
+
+    def get_string(self, vrs):
+        """Refused: there are none."""
+        self._has_none("String", vrs)
+        return [""] * len(vrs)
+
+    def set_string(self, vrs, values):
+        """Refused: there are none."""
+        self._has_none("String", vrs)
 
     def do_step(self, current_time, step_size):
         """One communication step; refused (Discard) with one sentence in the log, the values being as before."""
@@ -135,6 +171,7 @@ class TableSlave(Fmi2Slave):
             fault = f"A step of {step_size:g} s was asked for, allowed is a finite one that is not negative."
         if fault is None:
             fault = self.advance(step_size)
+        self.is_stale, self.fault = fault is not None, None
         if fault:
             self.log(f"{fault} The step at {current_time:g} s is refused.", Fmi2Status.discard)
         return fault is None
@@ -143,5 +180,29 @@ class TableSlave(Fmi2Slave):
         return {"values": list(self.values), "refused": dict(self.refused)}
 
     def _set_fmu_state(self, state):
+        if state:
+            self.restore(state)
+        else:
+            self.log("The bytes were no state of this FMU.", Fmi2Status.error)
+
+    def restore(self, state: dict) -> None:
+        """Go back to what `_get_fmu_state` gave."""
         self.values, self.refused = list(state["values"]), dict(state["refused"])
         self.is_stale = True
+
+    @staticmethod
+    def _fmu_state_to_bytes(state):
+        content = json.dumps(state).encode()
+        return _seal(content) + content
+
+    @staticmethod
+    def _fmu_state_from_bytes(state):
+        """The state, or an empty one when the bytes are not those of a state of this FMU."""
+        length = len(_seal(b""))
+        content = state[length:]
+        return json.loads(content) if state[:length] == _seal(content) else {}
+
+
+def _seal(content: bytes) -> bytes:
+    """What only this FMU puts before a state: its package is named by a hash of all that it consists of."""
+    return hashlib.sha256(f"{__package__}\n".encode() + content).digest()

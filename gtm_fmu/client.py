@@ -5,6 +5,7 @@ All values are in the FMU's own units, which are SI. Calls go through buffers th
 
 import atexit
 import ctypes
+import shutil
 import tempfile
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +23,6 @@ from fmpy.fmi2 import (
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
     fmi2Discard,
-    fmi2OK,
 )
 from fmpy.model_description import ModelDescription
 
@@ -132,7 +132,7 @@ class FmuClient:
 
     def reset(self) -> None:
         """Back to the start values, in Initialization Mode."""
-        self._check("reset", self._functions().fmi2Reset(self._component))
+        self._call("reset", "fmi2Reset")
         self._initialize()
 
     def set(self, names: Sequence[str], values) -> None:
@@ -160,13 +160,13 @@ class FmuClient:
     def get_boolean(self, name: str) -> bool:
         """Value of a Boolean variable."""
         reference, value = self._boolean(name), (ctypes.c_int * 1)()
-        self._check("get", self._functions().fmi2GetBoolean(self._component, reference, 1, value))
+        self._call("get", "fmi2GetBoolean", reference, 1, value)
         return bool(value[0])
 
     def set_boolean(self, name: str, value: bool) -> None:
         """Set a Boolean variable."""
         reference, values = self._boolean(name), (ctypes.c_int * 1)(bool(value))
-        self._check("set", self._functions().fmi2SetBoolean(self._component, reference, 1, values))
+        self._call("set", "fmi2SetBoolean", reference, 1, values)
 
     def is_boolean(self, name: str) -> bool:
         """Whether the FMU has a Boolean variable of this name."""
@@ -212,11 +212,10 @@ class FmuClient:
         columns = range(self._known.count) if columns is None else columns
         slopes = np.empty((len(columns), len(rates)))
         known, seed, out = (ctypes.c_uint * 1)(), (ctypes.c_double * 1)(1.0), self._rates
-        differentiate = self._functions().fmi2GetDirectionalDerivative
+        at = out.references, out.count, known, 1, seed, out.memory
         for slope, column in zip(slopes, columns, strict=True):
             known[0] = self._known.references[column]
-            status = differentiate(self._component, out.references, out.count, known, 1, seed, out.memory)
-            self._check("differentiate", status)
+            self._call("differentiate", "fmi2GetDirectionalDerivative", *at)
             slope[:] = out.values
         return rates, slopes.T
 
@@ -249,10 +248,10 @@ class FmuClient:
         if self.description.coSimulation is None:
             raise FmuError(f"{self.description.modelName} is for model exchange only: it takes no steps of its own.")
         if not self._is_stepping:
-            self._check("initialization", self._functions().fmi2ExitInitializationMode(self._component))
+            self._call("initialization", "fmi2ExitInitializationMode")
             self._is_stepping = True
         with held_interrupt():
-            self._check("step", self._functions().fmi2DoStep(self._component, self.time_s, duration_s, 0))
+            self._call("step", "fmi2DoStep", self.time_s, duration_s, 0)
         self.time_s += duration_s
 
     def simulate(
@@ -289,8 +288,6 @@ class FmuClient:
         return {"time": start_s + step_s * np.arange(count + 1)} | dict(zip(record, columns, strict=True))
 
     def _load(self, path: Path) -> None:
-        if "%" in Path(self._folder.name).as_uri().replace("%20", ""):  # pythonfmu would end the process
-            raise InputError(f"The temporary folder '{self._folder.name}' must have a plain ASCII name: set TMPDIR.")
         try:
             fmpy.extract(path, self._folder.name)
             self.instance = (FMU2Slave if self.description.coSimulation else FMU2Model)(
@@ -301,12 +298,11 @@ class FmuClient:
             )
         except Exception as error:
             raise InputError(f"'{path}' does not load on this platform ({error}): build it here.") from error
-        # pythonfmu 0.7.0 would let go of its interpreter's state when the process ends, after that is gone.
+        # The binary of pythonfmu 0.7.0 would use its interpreter when the process ends, after that is gone.
         self._release = getattr(self.instance.dll, "finalizePythonInterpreter", None)
         if self._release:
             atexit.register(self._release)
-            if not Path(self._folder.name, "resources", "slavemodule.txt").is_file():  # it would end the process
-                raise InputError(f"'{path}' is damaged (its slave is missing): build it anew.")
+            _check_for_pythonfmu(Path(self._folder.name), path)
 
     def _instantiate(self) -> None:
         # Without FMPy's logger proxy: it serves one instance of a process only, the last one.
@@ -325,18 +321,11 @@ class FmuClient:
 
     def _initialize(self) -> None:
         """Initialization Mode at time zero, with the start values that were given."""
-        functions = self._functions()
         self.time_s, self._is_stepping = 0.0, False
-        self._check("setup", functions.fmi2SetupExperiment(self._component, 0, 0.0, 0.0, 0, 0.0))
+        self._call("setup", "fmi2SetupExperiment", 0, 0.0, 0.0, 0, 0.0)
         if self._start_values:
             self.set(tuple(self._start_values), list(self._start_values.values()))
-        self._check("initialization", functions.fmi2EnterInitializationMode(self._component))
-
-    def _functions(self) -> ctypes.CDLL:
-        """The functions of the FMU."""
-        if not self._is_open:
-            raise FmuError("The FMU is closed: open it again.")
-        return self.instance.dll
+        self._call("initialization", "fmi2EnterInitializationMode")
 
     def _buffer(self, names: tuple[str, ...]) -> _Buffer:
         if names not in self._buffers:
@@ -347,23 +336,47 @@ class FmuClient:
         return self._buffers[names]
 
     def _write(self, buffer: _Buffer) -> None:
-        known, call = len(self.messages), self._functions().fmi2SetReal
-        self._check("set", call(self._component, buffer.references, buffer.count, buffer.memory), known)
+        self._call("set", "fmi2SetReal", buffer.references, buffer.count, buffer.memory)
 
     def _read(self, buffer: _Buffer) -> None:
-        known, call = len(self.messages), self._functions().fmi2GetReal
-        self._check("get", call(self._component, buffer.references, buffer.count, buffer.memory), known)
+        self._call("get", "fmi2GetReal", buffer.references, buffer.count, buffer.memory)
 
-    def _check(self, action: str, status: int, known: int | None = None) -> None:
-        """Raise what the FMU logged when it refused; pythonfmu can refuse set and get only in its log."""
-        if status == fmi2OK and (known is None or known == len(self.messages)):
-            return
-        refusals = [message for message in self.messages[known or 0 :] if message.status >= fmi2Discard]
-        if status >= fmi2Discard or (known is not None and refusals):
-            raise FmuError(refusals[-1].text if refusals else f"The FMU refused to {action} (FMI status {status}).")
+    def _call(self, action: str, function: str, *arguments) -> None:
+        """Call a function of the FMU; raise what it logged when it refuses."""
+        if not self._is_open:
+            raise FmuError("The FMU is closed: open it again.")
+        known = len(self.messages)
+        status = getattr(self.instance.dll, function)(self._component, *arguments)
+        if status >= fmi2Discard:
+            refusals = [message.text for message in self.messages[known:] if message.status >= fmi2Discard]
+            raise FmuError(refusals[-1] if refusals else f"The FMU refused to {action} (FMI status {status}).")
 
     def _log(self, _component, _instance, status, category, message) -> None:
         self.messages.append(LogMessage(status, (category or b"").decode(), (message or b"").decode()))
+
+
+def _check_for_pythonfmu(folder: Path, path: Path) -> None:
+    """Refuse what would make the binary of pythonfmu 0.7.0 end this process."""
+    if "%" in folder.as_uri().replace("%20", ""):
+        raise InputError(f"The temporary folder '{folder}' must have a plain ASCII name: set TMPDIR.")
+    if not (folder / "resources" / "slavemodule.txt").is_file():
+        raise InputError(f"'{path}' is damaged (its slave is missing): build it anew.")
+
+
+LARGEST_FMU_BYTES = 2**30
+"""Unpacked."""
+
+
+def _check_size(path: Path) -> None:
+    """Refuse an archive that would fill the disk; `zipfile` unpacks no more of a member than the archive declares."""
+    with zipfile.ZipFile(path) as archive:
+        unpacked = sum(member.file_size for member in archive.infolist())
+    allowed = min(LARGEST_FMU_BYTES, shutil.disk_usage(tempfile.gettempdir()).free)
+    if unpacked > allowed:
+        raise InputError(
+            f"'{path}' unpacks to {unpacked / 1e6:.0f} MB, allowed is {allowed / 1e6:.0f} MB (1 GiB, or what the disk "
+            "of the temporary folder has left): leave out what its simulation does not need."
+        )
 
 
 def _read_description(path: Path) -> ModelDescription:
@@ -371,7 +384,10 @@ def _read_description(path: Path) -> ModelDescription:
     if not path.is_file():
         raise InputError(f"There is no FMU '{path}': give a file that build_fmu.py has made.")
     try:
+        _check_size(path)
         description = fmpy.read_model_description(path)
+    except InputError:
+        raise
     except zipfile.BadZipFile:
         raise InputError(f"'{path}' is not an FMU or is damaged: build it again.") from None
     except Exception as error:

@@ -6,10 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pythonfmu import FmuBuilder
 
 from fmu_src import build
 from gtm_fmu.client import FmuClient, FmuError
 from gtm_fmu.errors import InputError
+
+AUTOPILOT = Path(__file__).parents[1] / "examples" / "envelope_protection" / "autopilot.py"
+"""A slave that pythonfmu wraps itself."""
 
 
 @pytest.fixture(scope="module")
@@ -188,13 +192,23 @@ class TestBadInput:
         with pytest.raises(InputError, match="does not load on this platform"):
             FmuClient(file)
 
-    def test_temporary_folder_that_pythonfmu_cannot_read(self, path, tmp_path, monkeypatch):
+    def test_temporary_folder_that_pythonfmu_cannot_read(self, tmp_path, monkeypatch):
+        """Its own binary, in somebody else's FMU, would end this process."""
+        foreign = FmuBuilder.build_FMU(AUTOPILOT, tmp_path / "Autopilot.fmu")
         folder = tmp_path / "Übung"
         folder.mkdir()
         monkeypatch.setattr(tempfile, "tempdir", str(folder))
         with pytest.raises(InputError, match="must have a plain ASCII name: set TMPDIR"):
-            FmuClient(path)
+            FmuClient(foreign)
         assert not list(folder.iterdir())
+
+    def test_archive_that_would_fill_the_disk(self, tmp_path):
+        file = tmp_path / "huge.fmu"
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("resources/zeros", bytes(1000))
+            archive.filelist[0].file_size = 1_500_000_000
+        with pytest.raises(InputError, match=r"huge.fmu' unpacks to 1500 MB, allowed is 1074 MB .*: leave out what"):
+            FmuClient(file)
 
     def test_temporary_folder_with_a_space(self, path, tmp_path, monkeypatch):
         folder = tmp_path / "two words"

@@ -1,5 +1,6 @@
 """The FMUs under test, built once."""
 
+import ctypes
 import fcntl
 import os
 from collections.abc import Callable, Iterator
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from fmu_src import build
+from gtm_fmu.client import FmuClient
 from surrogate import Network, Variable
 from tests.fmu_src.native_session import SESSIONS, Session
 
@@ -73,6 +75,15 @@ def envelope_folders(envelope_fmus, tmp_path_factory) -> dict[int, Path]:
 def thrust_map_fmus(built) -> dict[int, Path]:
     """The thrust map FMUs by their FMI version."""
     return {2: built("thrust-map-native"), 3: built("thrust-map-native3")}
+
+
+def read(fmu: FmuClient, references) -> tuple[int, list[float]]:
+    """Status and values of real variables by FMI, whatever the status."""
+    references = list(references)
+    asked, values = (ctypes.c_uint * len(references))(*references), (ctypes.c_double * len(references))()
+    component = ctypes.c_void_p(fmu.instance.component)
+    status = fmu.instance.dll.fmi2GetReal(component, asked, len(references), values)
+    return status, list(values)
 
 
 CASE = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))

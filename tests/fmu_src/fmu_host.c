@@ -1,5 +1,6 @@
 /* A host without Python: loads the FMI 2.0 library that is named and does what standard input says, s(et) reference value,
-   d(o step) time duration, g(et) reference; what it gets is printed to the last digit:  fmu_host LIBRARY TOKEN */
+   d(o step) time duration, g(et) reference, l(eave without freeing); what it gets is printed to the last digit:
+   fmu_host LIBRARY TOKEN [RESOURCES] */
 #include <stdio.h>
 
 #include "fmi2FunctionTypes.h"
@@ -33,7 +34,7 @@ int main(int argc, char **argv)
     LOAD(DoStep);
     LOAD(FreeInstance);
     const fmi2CallbackFunctions callbacks = {NULL, NULL, NULL, NULL, NULL};
-    fmi2Component c = Instantiate("host", fmi2CoSimulation, argv[2], "", &callbacks, fmi2False, fmi2False);
+    fmi2Component c = Instantiate("host", fmi2CoSimulation, argv[2], argc > 3 ? argv[3] : "", &callbacks, fmi2False, fmi2False);
     if (!c) return 4;
     SetupExperiment(c, fmi2False, 0, 0, fmi2False, 0);
     EnterInitializationMode(c);
@@ -49,9 +50,13 @@ int main(int argc, char **argv)
         case 'd':
             status = scanf("%lf %lf", &time, &value) != 2 || DoStep(c, time, value, fmi2True) != fmi2OK;
             break;
-        default:
+        case 'g':
             status = scanf("%u", &reference) != 1 || GetReal(c, &reference, 1, &value) != fmi2OK;
             printf("%.17g\n", value);
+            fflush(stdout);
+            break;
+        case 'l':
+            return 0;
         }
     FreeInstance(c);
     return status ? 5 : 0;

@@ -214,7 +214,7 @@ class TestBadInput:
 
     def test_unknown_platform(self, tmp_path, monkeypatch):
         monkeypatch.setattr(compiler, "platform_folder", lambda: "riscv64-linux")
-        with pytest.raises(InputError, match="Native FMUs are not built for riscv64-linux: build on one of"):
+        with pytest.raises(InputError, match="FMUs are not built for riscv64-linux: build on one of"):
             build("dynamics-native", tmp_path)
 
     def test_networks(self, tmp_path):

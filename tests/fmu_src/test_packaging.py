@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 
-from fmu_src import build, packaging
+from fmu_src import build, compiler, packaging
 from fmu_src.slave import platform_folder
 from gtm_fmu.client import FmuClient, FmuError
 from gtm_fmu.core import library_path
@@ -100,8 +100,13 @@ class TestBadInput:
             build("dynamics", tmp_path, networks=["net.json"])
 
     def test_platform_without_a_wrapper(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(packaging, "platform_folder", lambda: "riscv64-linux")
-        with pytest.raises(InputError, match=r"pythonfmu makes no FMU for riscv64-linux: build it on one of linux64"):
+        monkeypatch.setattr(compiler, "platform_folder", lambda: "riscv64-linux")
+        with pytest.raises(InputError, match=r"FMUs are not built for riscv64-linux: build on one of .*linux64"):
+            build("dynamics", tmp_path)
+
+    def test_no_compiler(self, tmp_path, monkeypatch):
+        monkeypatch.setenv("CC", "no-such-compiler")
+        with pytest.raises(InputError, match="An FMU needs a C compiler and none was found: install one"):
             build("dynamics", tmp_path)
 
     def test_command_line(self, tmp_path):
@@ -176,7 +181,7 @@ def resident_kb() -> float:
 
 
 def test_a_thousand_instances_do_not_grow(dynamics_fmu, tmp_path):
-    """pythonfmu's search for the slave's class leaks 1.1 kB an instance; nothing else may."""
+    """An instance leaves nothing behind."""
     folder = fmpy.extract(dynamics_fmu, tmp_path)
     description = fmpy.read_model_description(dynamics_fmu)
 
@@ -218,7 +223,7 @@ def test_platform_without_core(dynamics_fmu, tmp_path):
 
 BARE_HOST = """
 import ctypes, json, sys
-folder, identifier = sys.argv[1:]
+folder, identifier, guid = sys.argv[1:]
 library = ctypes.CDLL(f"{folder}/binaries/linux64/{identifier}.so")
 Logger = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 class Callbacks(ctypes.Structure):
@@ -226,7 +231,7 @@ class Callbacks(ctypes.Structure):
 callbacks = Callbacks(Logger(lambda *_: None))
 library.fmi2Instantiate.restype = ctypes.c_void_p
 resources = f"file://{folder}/resources".encode()
-fmu = ctypes.c_void_p(library.fmi2Instantiate(b"bare", 1, b"", resources, ctypes.byref(callbacks), 0, 0))
+fmu = ctypes.c_void_p(library.fmi2Instantiate(b"bare", 1, guid.encode(), resources, ctypes.byref(callbacks), 0, 0))
 real = ctypes.c_double
 library.fmi2SetupExperiment(fmu, 0, real(0), real(0), 0, real(0))
 library.fmi2EnterInitializationMode(fmu)
@@ -243,6 +248,7 @@ def test_host_without_any_package(dynamics_fmu, tmp_path):
     """A CPython without site-packages: the FMU brings all that it needs."""
     fmpy.extract(dynamics_fmu, tmp_path)
     command = [sys.executable, "-I", "-S", "-c", BARE_HOST, str(tmp_path), "GtmDynamics"]
+    command.append(fmpy.read_model_description(dynamics_fmu).guid)
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     status, values, modules = json.loads(run.stdout)
     assert status == 0
