@@ -3,6 +3,7 @@
 python -m study.nasa_comparison tests/reference/nasa_plots docs/images/nasa_trims_modes.png
 """
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -10,8 +11,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gtm_fmu import linearization, steady
+from gtm_fmu.errors import InputError
 from gtm_fmu.manoeuvre import Trim
-from study.files import save_figure
+from study.files import check_picture, save_figure
 
 ALTITUDE_FT = 800.0
 ALPHA_DEG = (-5.0, 30.0)
@@ -70,5 +72,20 @@ def plot_comparison(readings: Path) -> Figure:
     return figure
 
 
+def main() -> int:
+    """Draw the figure; 2 where the readings are not there, or the picture cannot be written."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("readings", type=Path, help="folder of the values read off NASA's plots, as .csv")
+    parser.add_argument("picture", type=Path, help="the .png to write")
+    arguments = parser.parse_args()
+    try:
+        check_picture(arguments.picture)
+        save_figure(plot_comparison(arguments.readings), arguments.picture)
+    except (FileNotFoundError, InputError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
 if __name__ == "__main__":
-    save_figure(plot_comparison(Path(sys.argv[1])), Path(sys.argv[2]))
+    sys.exit(main())

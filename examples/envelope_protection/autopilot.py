@@ -10,7 +10,7 @@ from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 DEG, KT, FT, GRAVITY = pi / 180, 0.3048 / 0.592487, 0.3048, 9.80665
 PLAN = (
-    # from a time in s on: airspeed in kt, climb and bank in deg
+    # from a time in s on: airspeed in kn, climb and bank in deg
     (0.0, 97.25, 0.0, 0.0),
     (3.0, 90.0, 3.0, 20.0),
     (45.0, 64.0, 3.0, 20.0),

@@ -42,7 +42,7 @@ def draw(flights: dict[str, np.ndarray], path: Path) -> Path:
             altitude.legend(loc="upper left")
     aileron.axhline(-AILERON_DEG, color="grey", linestyle="--")
     aileron.text(1, -AILERON_DEG + 0.8, "end of its travel", color="grey")
-    labels = ("airspeed in kt", "aileron in deg", "bank in deg", "altitude in ft")
+    labels = ("airspeed in kn", "aileron in deg", "bank in deg", "altitude in ft")
     for axis, label in zip(axes, labels, strict=True):
         axis.set_ylabel(label)
         axis.axvline(JAM_S, color="grey", linewidth=0.8)

@@ -1,6 +1,7 @@
 """The co-simulation of aircraft, envelope and autopilot in three tools, and what the protection is worth."""
 
 import zipfile
+from contextlib import nullcontext
 from importlib.util import find_spec
 
 import numpy as np
@@ -101,3 +102,31 @@ def test_jam_and_fuel_are_the_aircrafts(flights):
 def test_figure(flights, tmp_path):
     path = draw(flights, tmp_path / "figure.png")
     assert 20_000 < path.stat().st_size < 150_000
+
+
+def test_goes_on_without_a_tool(archives, capsys, monkeypatch, tmp_path):
+    """A tool that fails, and one that is not installed, are named and left out."""
+    flown = np.zeros(2, [("time", float)])
+
+    def fly(tool, ssp):
+        if tool == "ecospy":
+            raise RuntimeError("ecospy cannot fly: no libtbb")
+        return flown
+
+    monkeypatch.setattr(run, "fly", fly)
+    monkeypatch.setattr(run, "find_spec", lambda name: None if name == "libcosimpy" else name)
+    found = run.compare(archives, ["ecospy", "libcosimpy", "FMPy"], lambda name: nullcontext())
+    assert list(found) == list(archives)
+    printed = capsys.readouterr().out
+    for flight in archives:
+        assert f"{flight}: left out, ecospy cannot fly: no libtbb" in printed
+        assert f"{flight}: libcosimpy is not installed" in printed
+        assert f"{flight}: flown by FMPy" in printed
+
+
+def test_without_any_tool(archives, capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(run, "build", lambda *_: archives)
+    monkeypatch.setattr(run, "find_spec", lambda name: None)
+    monkeypatch.setattr("sys.argv", ["run.py", "--output", str(tmp_path)])
+    assert run.main() == 3
+    assert "No tool has flown both archives" in capsys.readouterr().err

@@ -1,0 +1,1 @@
+"""Two FMUs that are none of ours."""

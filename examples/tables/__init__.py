@@ -1,0 +1,1 @@
+"""A table to train a surrogate on."""

@@ -1,0 +1,268 @@
+"""README.md and docs: every block of commands and of programs runs, in the order of its page.
+
+Each page has a folder of its own, in which ``examples`` and ``tests`` stand as in the repository. A block of commands
+is indented or fenced as ``sh``; indented lines that begin with no command are what a command prints. A block that takes
+too long, or needs another machine, has ``<!-- not run: reason -->`` before it; its commands, options and imports are
+checked.
+"""
+
+import ast
+import contextlib
+import importlib
+import io
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import typer
+from typer.exceptions import TyperException
+
+from study import cli
+
+ROOT = Path(__file__).parents[1]
+PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
+COMMANDS = ("gtm-fmu", "python", "make", "node")
+LANGUAGES = ("sh", "python", "c", "js", "text")
+FENCE = re.compile(r"^```(\w*)$")
+NOT_RUN = re.compile(r"^<!-- not run: (.+) -->$")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of a page: the line that it begins on, its language, its text, and why it is not run."""
+
+    page: str
+    line: int
+    language: str
+    text: str
+    reason: str | None = None
+
+    def __str__(self) -> str:
+        return f"{self.page}:{self.line}"
+
+
+def blocks(page: str) -> list[Block]:
+    """The blocks of a page; two indented ones with nothing but empty lines between are two."""
+    found: list[Block] = []
+    language, start, held, reason = None, 0, [], None
+    for number, line in enumerate([*(ROOT / page).read_text(encoding="utf-8").splitlines(), ""], 1):
+        fence = FENCE.match(line)
+        if language is None and fence:
+            language, start, held = fence[1], number, []
+        elif language == "indented" and not line.startswith("    "):
+            text = "\n".join(held)
+            is_command = text.split()[0] in COMMANDS
+            found.append(Block(page, start, "sh" if is_command else "text", text, reason))
+            language, reason = None, None
+        elif language not in (None, "indented") and line == "```":
+            found.append(Block(page, start, language, "\n".join(held), reason))
+            language, reason = None, None
+        elif language is not None:
+            held.append(line[4:] if language == "indented" else line)
+        elif line.startswith("    ") and line.strip():
+            language, start, held = "indented", number, [line[4:]]
+        elif mark := NOT_RUN.match(line):
+            reason = mark[1]
+        elif line:
+            assert reason is None, f"{page}:{number}: a block follows `not run`"
+    return found
+
+
+BLOCKS = [block for page in PAGES for block in blocks(page)]
+
+
+def of(*languages: str, is_run: bool = True) -> list[Block]:
+    return [block for block in BLOCKS if block.language in languages and (block.reason is None) == is_run]
+
+
+def commands(block: Block) -> list[str]:
+    """The commands of a block, without comments; one that ends in a backslash goes on."""
+    joined = block.text.replace("\\\n", " ")
+    return [line for line in joined.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """The folder of a page."""
+    made: dict[str, Path] = {}
+
+    def folder(page: str) -> Path:
+        if page not in made:
+            made[page] = tmp_path_factory.mktemp("page")
+            for name in ("examples", "tests"):
+                (made[page] / name).symlink_to(ROOT / name)
+        return made[page]
+
+    return folder
+
+
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory) -> str:
+    """Where commands are looked up: this Python's, and a C compiler that takes no time to optimise."""
+    folder = tmp_path_factory.mktemp("bin")
+    if compiler := shutil.which("cc"):
+        (folder / "cc").write_text(f'#!/bin/sh\nexec {compiler} "$@" -O0\n')
+        (folder / "cc").chmod(0o755)
+    return os.pathsep.join([str(folder), str(Path(sys.executable).parent), os.environ["PATH"]])
+
+
+@pytest.fixture(scope="module")
+def names():
+    """What the programs of a page have defined so far."""
+    return {}
+
+
+@pytest.fixture
+def place(request, folders, programs, monkeypatch) -> Path:
+    folder = folders(request.getfixturevalue("block").page)
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("PATH", programs)
+    return folder
+
+
+def run(command: str, monkeypatch) -> str:
+    """What a command prints: one of gtm-fmu in this process, any other by the shell."""
+    words = shlex.split(command, comments=True)
+    if words[0] == "gtm-fmu":
+        monkeypatch.setattr(sys, "argv", words)
+        printed, complaints = io.StringIO(), io.StringIO()
+        redirected = contextlib.redirect_stdout(printed), contextlib.redirect_stderr(complaints)
+        with redirected[0], redirected[1], pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert ended.value.code == 0, f"{command}\n{complaints.getvalue()}"
+        return printed.getvalue()
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def test_languages():
+    for block in BLOCKS:
+        assert block.language in LANGUAGES, f"{block}: a fence names its language, one of {LANGUAGES}"
+        is_program = block.language == "text" and re.match(r"(from|import) \w|gtm-fmu ", block.text)
+        assert not is_program, f"{block}: a program is fenced as python, a command as sh"
+    assert len(of("sh")) >= 10
+    assert len(of("python")) >= 9
+
+
+def test_reasons():
+    for block in of(*LANGUAGES, is_run=False):
+        assert len(block.reason.split()) >= 3, f"{block}: say why it is not run"
+
+
+@pytest.mark.parametrize("block", of("sh", "python", "c", "js"), ids=str)
+def test_block(block, place, names, monkeypatch, capsys):
+    if block.language == "sh":
+        for command in commands(block):
+            run(command, monkeypatch)
+    elif block.language == "python":
+        run_python(block, names.setdefault(block.page, {"__name__": "__main__"}))
+    elif block.language == "c":
+        run_c(block, place, monkeypatch)
+    else:
+        run_javascript(block, place, monkeypatch)
+
+
+def run_python(block: Block, defined: dict) -> None:
+    """A program; what it prints, and what its expressions are, is what the comments behind them say."""
+    printed = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(printed):
+            exec(compile(block.text, str(block), "exec"), defined)
+    except (ImportError, OSError) as error:
+        if "libtbb" in str(error):
+            pytest.skip("ecospy needs libtbb12")
+        raise
+    lines = block.text.splitlines()
+    prints = [line for line in lines if line.lstrip().startswith("print(")]
+    for line, shown in zip(reversed(prints), reversed(printed.getvalue().splitlines()), strict=False):
+        compare(shown, line)
+    for node in ast.parse(block.text).body:
+        if isinstance(node, ast.Expr) and not ast.unparse(node).startswith("print("):
+            line = lines[node.end_lineno - 1]
+            if EXPECTED.search(line):
+                compare(str(eval(compile(ast.Expression(node.value), str(block), "eval"), defined)), line)
+
+
+EXPECTED = re.compile(r"  # ((?:[\[(]?-?\d|True|False).*?)(?:[:;]|$)")
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
+
+
+def compare(shown: str, line: str) -> None:
+    """What is shown is what the comment of a line of a page expects: numbers to 2 %, nothing where it expects none."""
+    if expected := EXPECTED.search(line):
+        numbers = [float(number) for number in NUMBER.findall(expected[1])]
+        assert [float(number) for number in NUMBER.findall(shown)][: len(numbers)] == pytest.approx(numbers, rel=0.02)
+        assert not numbers or shown, line
+        if not numbers:
+            assert shown == expected[1], line
+
+
+def run_c(block: Block, place: Path, monkeypatch) -> None:
+    """A program beside the exported C of its page; it prints what its comment says."""
+    if shutil.which("cc") is None:
+        pytest.skip("no C compiler: install gcc")
+    (place / "program.c").write_text(block.text)
+    sources = sorted(path.name for path in place.glob("*.c"))
+    printed = run(f"cc -std=c99 -Wall -Werror {' '.join(sources)} -o program -lm && ./program", monkeypatch)
+    assert f"/* {printed.strip()} */" in block.text
+
+
+def run_javascript(block: Block, place: Path, monkeypatch) -> None:
+    """A program beside the exported module of its page; the last value is what its comment says."""
+    if shutil.which("node") is None:
+        pytest.skip("no node: install nodejs")
+    *before, last = block.text.splitlines()
+    call, _, comment = last.partition("; // ")
+    shown = f"console.log(JSON.stringify(Array.from({call}, x => Number(x.toPrecision(5)))))"
+    (place / "program.mjs").write_text("\n".join([*before, shown]))
+    assert run("node program.mjs", monkeypatch).strip() == comment.replace(" ", "")
+
+
+@pytest.mark.parametrize("block", of("sh", is_run=False), ids=str)
+def test_commands_that_are_not_run(block):
+    """gtm-fmu knows the words; other commands are there, and the shell can read the block."""
+    subprocess.run(["bash", "-n", "-c", block.text], check=True)
+    for command in commands(block):
+        program, *words = shlex.split(command, comments=True)
+        if program == "gtm-fmu":
+            parse(words)
+        elif program == "make":
+            assert re.search(rf"^{words[0]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), command
+        elif program == "python" and words[0] != "-m":
+            described = subprocess.run([sys.executable, ROOT / words[0], "--help"], capture_output=True, text=True)
+            assert all(word in described.stdout for word in words[1:] if word.startswith("--")), command
+        elif program == "python":
+            assert importlib.util.find_spec(words[1]), command
+
+
+def parse(words: list[str]) -> None:
+    """Read a command of gtm-fmu without running it."""
+    command, name = typer.main.get_command(cli.app), "gtm-fmu"
+    while hasattr(command, "commands"):
+        name, *words = words
+        assert name in command.commands, f"{name} is no command"
+        command = command.commands[name]
+    try:
+        command.make_context(name, list(words))
+    except TyperException as error:
+        pytest.fail(f"{name} {' '.join(words)}: {error.format_message()}")
+
+
+@pytest.mark.parametrize("block", of("python", is_run=False), ids=str)
+def test_programs_that_are_not_run(block):
+    """They compile, and what they import is there."""
+    tree = ast.parse(block.text, str(block))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                importlib.import_module(alias.name)
+        elif isinstance(node, ast.ImportFrom):
+            module = importlib.import_module(node.module)
+            assert all(hasattr(module, alias.name) for alias in node.names)
