@@ -7,7 +7,7 @@
 
 Python py;
 
-enum { OLDEST = 8, NEWEST = 30 };
+enum { OLDEST = 11, NEWEST = 30 };
 
 #ifdef __APPLE__
 static const char LIBRARY[] = "libpython3.%d.dylib";
@@ -33,10 +33,10 @@ static const char *find(void)
     void *library = RTLD_DEFAULT;
     if (!dlsym(library, "Py_IsInitialized")) library = open_library();
     if (!dlsym(library ? library : RTLD_DEFAULT, "Py_IsInitialized"))
-        return "The FMU runs in Python, and there is none: use a host with Python, or install libpython3.";
+        return "The FMU runs in Python, and there is none: use a host with Python, or install libpython 3.11 or newer.";
 #define LOOK_UP(type, name, arguments)                                                             \
     if (!(*(void **)&py.name = dlsym(library, #name))) {                                           \
-        snprintf(missing, sizeof missing, "The Python of this process has no %s: use Python 3.9 or newer.", #name); \
+        snprintf(missing, sizeof missing, "The Python of this process has no %s: use Python 3.11 or newer.", #name); \
         return missing;                                                                            \
     }
     PYTHON_FUNCTIONS(LOOK_UP)
