@@ -6,7 +6,7 @@ zero unless something else settles the turn, and of what is then left the trim w
 """
 
 from dataclasses import dataclass, fields
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -60,12 +60,17 @@ class Conditions:
     angle_of_attack_deg: float | None
     load_factor: float | None
 
-    def bounds(self, failure: Failure, alpha_deg: Range, phi_deg: Range) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds (9 or 10 each) of the unknowns in the core's units, which hold what is asked; not the load factor."""
+    def bounds(
+        self, failure: Failure, alpha_deg: Range, phi_deg: Range, leaving: str | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds (9 or 10 each) of the unknowns in the core's units, which hold what is asked.
+
+        The load factor is no unknown; ``leaving`` is another condition that they do not hold.
+        """
 
         def held(name: str, otherwise: Range) -> Range:
             value = getattr(self, name)
-            return otherwise if value is None else (value, value)
+            return otherwise if value is None or name == leaving else (value, value)
 
         return manoeuvre.bounds(
             failure,
@@ -87,8 +92,19 @@ class Conditions:
         return [_WORDS[f.name] for f in fields(self) if getattr(self, f.name) is not None]
 
     @property
+    def scanned(self) -> str | None:
+        """The condition that turns to either side, or several of one side, may meet, if there is one.
+
+        That is the load factor, or the angle of attack at a speed where it is to settle the turn.
+        """
+        if self.load_factor is not None:
+            return "load_factor"
+        settles_turn = self.tas_kt is not None and self.turn_rate_deg_s is None and self.bank_deg is None
+        return "angle_of_attack_deg" if settles_turn and self.angle_of_attack_deg is not None else None
+
+    @property
     def turning(self) -> int:
-        """The unknown that a load factor settles: bank, or the turn rate where the bank is given."""
+        """The unknown that such a condition settles: bank, or the turn rate where the bank is given."""
         return PHI if self.bank_deg is None else PSI_DOT
 
 
@@ -112,17 +128,20 @@ def conditions(
     alpha_deg = manoeuvre.check_pair("alpha in deg", alpha_deg, manoeuvre.WIDEST_ALPHA_DEG)
     phi_deg = manoeuvre.check_pair("phi in deg", phi_deg, manoeuvre.WIDEST_PHI_DEG)
     speed = _speed(altitude_ft, tas_kt, asked)
-    within: dict[str, tuple[str, float | None, Range]] = {
+    wider = "give a value inside, or wider bounds of"
+    within: dict[str, tuple[Any, ...]] = {
         "turn_rate_deg_s": ("turn rate in deg/s", turn_rate_deg_s, manoeuvre.TURN_RATE_DEG_S),
-        "bank_deg": ("bank in deg", asked.get("bank_deg"), phi_deg),
+        "bank_deg": ("bank in deg", asked.get("bank_deg"), phi_deg, f"{wider} phi"),
         "sideslip_deg": ("sideslip in deg", asked.get("sideslip_deg"), SIDESLIP_DEG),
-        "angle_of_attack_deg": ("angle of attack in deg", asked.get("angle_of_attack_deg"), alpha_deg),
+        "angle_of_attack_deg": (
+            "angle of attack in deg",
+            asked.get("angle_of_attack_deg"),
+            alpha_deg,
+            f"{wider} alpha",
+        ),
         "load_factor": ("load factor", asked.get("load_factor"), LOAD_FACTOR),
     }
-    given = {
-        name: None if value is None else manoeuvre.check_range(label, value, allowed)
-        for name, (label, value, allowed) in within.items()
-    }
+    given = {name: None if check[1] is None else manoeuvre.check_range(*check) for name, check in within.items()}
     if given["angle_of_attack_deg"] is None and speed is None and alpha_deg[0] == alpha_deg[1]:
         given["angle_of_attack_deg"] = alpha_deg[0]
     settles_turn = any(given[name] is not None for name in ("turn_rate_deg_s", "bank_deg", "load_factor"))
@@ -142,7 +161,7 @@ def _speed(altitude_ft: float, tas_kt: float | None, asked: Asked) -> float | No
     speeds = {"tas_kt": tas_kt, "eas_kt": asked.get("eas_kt"), "cas_kt": asked.get("cas_kt")}
     given = {name: value for name, value in speeds.items() if value is not None}
     if len(given) > 1:
-        raise InputError(f"{' and '.join(given)} are speeds both; give one of them.")
+        raise InputError(f"{' and '.join(given)} are both speeds; give one of them.")
     for name, value in given.items():
         label = f"{name.removesuffix('_kt')} in kt"
         speed = _SPEEDS[name](manoeuvre.check_range(label, value, manoeuvre.TAS_KT), altitude_ft)

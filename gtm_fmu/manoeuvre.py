@@ -52,7 +52,7 @@ _UNIT = np.array([KT_PER_FT_S, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RA
 V, ALPHA, BETA, PSI_DOT, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE = range(len(TRIM_UNKNOWNS))
 
 
-def check_range(name: str, value: float, allowed: Range) -> float:
+def check_range(name: str, value: float, allowed: Range, advice: str = "give a value inside") -> float:
     """The value as a float.
 
     Raises:
@@ -63,7 +63,7 @@ def check_range(name: str, value: float, allowed: Range) -> float:
     except (TypeError, ValueError):
         raise InputError(f"{name} {value!r} is not a number; give one from {allowed[0]:g} to {allowed[1]:g}.") from None
     if not allowed[0] <= number <= allowed[1]:
-        raise InputError(f"{name} {number:g} is outside {allowed[0]:g} .. {allowed[1]:g}; give a value inside.")
+        raise InputError(f"{name} {number:g} is outside {allowed[0]:g} .. {allowed[1]:g}; {advice}.")
     return number
 
 
@@ -254,7 +254,7 @@ class Trim:
         """Why the trim is not feasible, in words."""
         if not self.converged:
             return f"largest acceleration {self.residual:.3g} ft/s^2 or rad/s^2"
-        return f"outside {', '.join(self.limits_hit)}"
+        return f"outside {', '.join(self.limits_hit) or 'its limits'}"
 
     @property
     def state_and_controls(self) -> tuple[np.ndarray, np.ndarray]:

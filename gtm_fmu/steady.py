@@ -9,16 +9,16 @@ from typing import Unpack
 import numpy as np
 
 from gtm_fmu import manoeuvre
-from gtm_fmu.conditions import Asked, conditions
+from gtm_fmu.conditions import Asked, Conditions, conditions
 from gtm_fmu.core import solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits, Failure, Range
-from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
-from gtm_fmu.units import FT_S_PER_KT, RAD_PER_DEG
+from gtm_fmu.manoeuvre import ALPHA, ALPHA_DEG, PHI_DEG, Trim
+from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
 
-_SCANNED = 65
+_SCANNED, _WIDEST_SCAN = 257, 1.4  # points, and rad or rad/s: 80 deg of bank, 80 deg/s
 _ZOOMED, _ZOOMS = 17, 13  # points, and how often their spacing becomes the range: 16^13 below rounding
-_MET = 1e-9  # g
+_MET = 1e-9  # g, deg
 
 
 def trim(
@@ -49,13 +49,13 @@ def trim(
     gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
     failure = Failure.of(limits)
     wanted = conditions(altitude_ft, failure, alpha_deg, phi_deg, tas_kt, turn_rate_deg_s, asked)
-    lower, upper = wanted.bounds(failure, alpha_deg, phi_deg)
+    lower, upper = wanted.bounds(failure, alpha_deg, phi_deg, leaving=wanted.scanned)
     at = altitude_ft, gamma_deg * RAD_PER_DEG
     missed: tuple[str, ...] = ()
-    if wanted.load_factor is None:
+    if wanted.scanned is None:
         found = _at_rows(at, lower[None], upper[None], failure)
     else:
-        found, missed = _with_load_factor(at, lower, upper, failure, wanted.load_factor, wanted.turning)
+        found, missed = _by_scan(at, lower, upper, failure, wanted)
     y, inside = found.y[0], found.status[0] == solver.TRIMMED and not missed
     hit = (*manoeuvre.limits_hit(y, lower, upper), *missed)
     return Trim.of_unknowns(y, altitude_ft, gamma_deg, inside, hit, failure)
@@ -66,33 +66,38 @@ def _at_rows(at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, fail
     return solver.trims(altitude, gamma, lower, upper, failure.airframe)
 
 
-def _with_load_factor(
-    at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, failure: Failure, load_factor: float, turning: int
+def _by_scan(
+    at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, failure: Failure, wanted: Conditions
 ) -> tuple[solver.Solutions, tuple[str, ...]]:
-    """The trim with a load factor, or the nearest to it, and on which side that misses it, as ``load_factor.lower``.
+    """The trim that meets `Conditions.scanned`, or the nearest to it, and how that misses it, as ``alpha.lower``.
 
-    The unknown ``turning`` is scanned from bound to bound; of the places where the load factor is passed the rightmost
-    inside the bounds is closed in on.
+    The unknown that it settles is scanned from bound to bound; of the places where the condition is passed the
+    rightmost inside the bounds is closed in on.
     """
+    k, load_factor, alpha_deg = wanted.turning, wanted.load_factor, wanted.angle_of_attack_deg or 0.0
 
     def scan(start: float, stop: float, points: int) -> tuple[solver.Solutions, np.ndarray]:
         lowers, uppers = np.tile(lower, (points, 1)), np.tile(upper, (points, 1))
-        lowers[:, turning] = uppers[:, turning] = np.linspace(start, stop, points)
+        lowers[:, k] = uppers[:, k] = np.linspace(start, stop, points)
         found = _at_rows(at, lowers, uppers, failure)
-        loads = manoeuvre.load_factors(*solver.trim_states(*at, found.y, failure.airframe), failure.airframe)
-        return found, np.where(found.status == solver.NO_TRIM, np.nan, loads - load_factor)
+        if load_factor is None:
+            excess = found.y[:, ALPHA] * DEG_PER_RAD - alpha_deg
+        else:
+            states = solver.trim_states(*at, found.y, failure.airframe)
+            excess = manoeuvre.load_factors(*states, failure.airframe) - load_factor
+        return found, np.where(found.status == solver.NO_TRIM, np.nan, excess)
 
-    found, excess = scan(lower[turning], upper[turning], _SCANNED)
+    found, excess = scan(max(lower[k], -_WIDEST_SCAN), min(upper[k], _WIDEST_SCAN), _SCANNED)
     for _ in range(_ZOOMS):
         passed = np.flatnonzero(excess[:-1] * excess[1:] <= 0)
         if not len(passed):
             break
         place = max(passed, key=lambda place: (-max(found.status[place : place + 2]), place))
-        found, excess = scan(found.y[place, turning], found.y[place + 1, turning], _ZOOMED)
+        found, excess = scan(found.y[place, k], found.y[place + 1, k], _ZOOMED)
     miss = np.where(np.isnan(excess), np.inf, np.abs(excess))
     best = int(np.argmin(miss))
-    side = "upper" if excess[best] > 0 else "lower"
-    missed = () if miss[best] <= _MET else (f"load_factor.{side}",)
+    name, side = "alpha" if load_factor is None else "load_factor", "upper" if excess[best] > 0 else "lower"
+    missed = () if miss[best] <= _MET else (f"{name}.{side}",)
     return solver.Solutions(*(values[best : best + 1] for values in found)), missed
 
 

@@ -35,8 +35,8 @@ app = Commands(
 
 Altitude = Annotated[float, typer.Option(help="Geometric altitude, 0 to 36089 ft.")]
 Gamma = Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")]
-Alpha = Annotated[Pair, pair("Bounds of the angle of attack in deg.")]
-Phi = Annotated[Pair, pair("Bounds of the bank angle in deg.")]
+Alpha = Annotated[Pair, pair("Bounds of the angle of attack in deg, at the widest -20 40.")]
+Phi = Annotated[Pair, pair("Bounds of the bank angle in deg, at the widest -80 80.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Fmu = Annotated[Path | None, typer.Option(help="Evaluate this GtmDynamics.fmu, or a native one, not the core.")]
 
