@@ -35,7 +35,7 @@ BAD_FLIGHT = [
     ("--rudder-deg nan 10", "rudder in deg: limits nan 10 are not finite"),
     ("--rudder-deg 0 inf", "not finite"),
     ("--rudder-deg a b", "--rudder-deg.*number"),
-    ("--rudder-deg 10", "--rudder-deg.*number"),  # the next option is no number
+    ("--rudder-deg 10", "--rudder-deg.*takes 2 values"),  # the next option is no number
     ("--rudder-deg 1 2 3", r"unexpected extra argument.*3"),
     ("--nonsense 1", "No such option: --nonsense"),
     ("nonsense", "unexpected extra argument.*nonsense"),
