@@ -9,11 +9,11 @@ import fmpy
 import numpy as np
 import pytest
 
+from examples.foreign_fmus.build import HERE as FOREIGN
 from fmu_src.model_fmu import build_model
 from fmu_src.native_packaging import NATIVE_MODELS
 from fmu_src.native_sources import HEADERS, standard_headers
 from tests.fmu_src.test_model_fmu import MODELS
-from tests.foreign.build import HERE as FOREIGN
 
 LINKED = Path(__file__).with_name("linked.c")
 PAGE = Path(__file__).parents[2] / "docs" / "fmus.md"
