@@ -3,8 +3,8 @@
     python benchmarks/certainty.py [CASES [SEED]]
 
 Jams and restrictions of the rudder, in half of the cases with limits or jams of elevator, aileron and throttle too. The
-scan steps by 0.5 kt up to 15 kt beyond either end, by 0.25 deg of bank with a jammed rudder and by 1 deg of bank and
-2.5 deg of rudder with a free one; over all speeds it steps by 1 or 2 kt. Jammed controls are held. Errors are printed.
+scan steps by 0.5 kn up to 15 kn beyond either end, by 0.25 deg of bank with a jammed rudder and by 1 deg of bank and
+2.5 deg of rudder with a free one; over all speeds it steps by 1 or 2 kn. Jammed controls are held. Errors are printed.
 """
 
 import sys
@@ -43,7 +43,7 @@ def main(cases: int = 200, seed: int = 1) -> None:
     rows = [
         row(f"random failures, seed {seed}", cases, "cases"),
         row("with an envelope", feasible, "cases"),
-        row("where the scan finds more than 0.01 kt beyond, an envelope missed or an end invented", wrong, "cases"),
+        row("where the scan finds more than 0.01 kn beyond, an envelope missed or an end invented", wrong, "cases"),
         row("one envelope (V_min, V_max, t_min), nothing shared, processor time", 1e3 * processor / cases, "ms"),
     ]
     write("certainty", rows)

@@ -3,7 +3,7 @@
     python benchmarks/envelope.py
 
 IPOPT (through CasADi) and SLSQP (SciPy) get the core's accelerations with their exact slopes, the same bounds, scaled
-unknowns and one start, the level trim at 120 kt or the next speed that has one; neither can know whether another start
+unknowns and one start, the level trim at 120 kn or the next speed that has one; neither can know whether another start
 would do better. All seek V_max with jammed rudders at random flight conditions that have an envelope.
 
 Times of one V_max are processor times. Each lattice is computed in a process of its own, which remembers nothing.
@@ -111,7 +111,7 @@ class Accelerations(ca.Callback):
 
 
 def ipopt_v_max(state, altitude, gamma, lower, upper, start) -> tuple[float, float]:
-    """V_max in kt (not a number if IPOPT finds no solution) and seconds of the solution alone."""
+    """V_max in kn (not a number if IPOPT finds no solution) and seconds of the solution alone."""
     F = Accelerations(state, altitude, gamma)
     y = ca.MX.sym("y", NT)
     problem = ca.nlpsol("v_max", "ipopt", {"x": y, "f": -y[V], "g": F(y)}, OPTIONS)
@@ -190,7 +190,7 @@ def lattice(workers: int) -> int:
 
 
 def masks(workers: int) -> int:
-    """Number of trims in all grids of 1 kt x 1 deg/s of the paper's lattice, with stability and controllability."""
+    """Number of trims in all grids of 1 kn x 1 deg/s of the paper's lattice, with stability and controllability."""
 
     def points(condition: tuple[float, float]) -> int:
         failures = (ControlLimits(rudder_deg=limits) for limits in dataset.rudder_failures(dataset.PAPER_RUDDERS_DEG))

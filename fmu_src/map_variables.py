@@ -56,7 +56,7 @@ def thrust_map_description(thrust_map: ThrustMap) -> ModelDescription:
 
 
 def map_envelope(thrust_map: ThrustMap) -> Find:
-    """V_min and V_max in kt, zero without an envelope, and whether there is one."""
+    """V_min and V_max in kn, zero without an envelope, and whether there is one."""
 
     def find(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
         found = thrust_map.predict_one(altitude_ft, gamma_deg, rudder_deg)

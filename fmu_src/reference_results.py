@@ -75,7 +75,7 @@ def reference_simulation(model: ModelDescription) -> dict[str, bytes]:
 
 
 def exact_envelope(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
-    """V_min and V_max in kt, zero without an envelope, and whether there is one."""
+    """V_min and V_max in kn, zero without an envelope, and whether there is one."""
     left = envelope(altitude_ft, gamma_deg, ControlLimits(rudder_deg=rudder_deg))
     return left.v_min_kt or 0.0, left.v_max_kt or 0.0, left.feasible
 

@@ -135,7 +135,7 @@ def read_networks(paths: Sequence[Path]) -> list[Network]:
 
 
 def emulated_envelope(speeds: Network, throttle: Network) -> Callable:
-    """V_min, V_max in kt and feasibility by altitude in ft, gamma in deg and the limits of the rudder in deg."""
+    """V_min, V_max in kn and feasibility by altitude in ft, gamma in deg and the limits of the rudder in deg."""
 
     def find(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
         case = [altitude_ft, gamma_deg, *rudder_deg]

@@ -27,7 +27,7 @@ _TOLERANCE = np.array([RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT])
 _UNKNOWN = (PSI_DOT, V)
 _PER_UNIT = np.array([DEG_PER_RAD, 1.0 / FT_S_PER_KT])
 _STRAIGHT = 0.25  # of the tolerances
-_STEPS = np.array([1.0, 1.0])  # deg/s, kt, of the grid; finer where an envelope has few of them
+_STEPS = np.array([1.0, 1.0])  # deg/s, kn, of the grid; finer where an envelope has few of them
 _CURVE_STEPS = (0.5, 1.0)
 _FEWEST = 12
 _FINEST = 1e-3  # of the steps
@@ -38,7 +38,7 @@ _FARTHEST = 2.0  # steps of the grid, from the crossings to a point between them
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of the boundary that the same limits hold: turn rates (n) in deg/s and speeds (n) in kt.
+    """A part of the boundary that the same limits hold: turn rates (n) in deg/s and speeds (n) in kn.
 
     A throttle's lower limit holds it too where the net thrust sticks at zero. No limits: the aircraft itself has no
     manoeuvre beyond. Of the curve that two jams leave they are the jams, as

@@ -163,9 +163,9 @@ def _speed(altitude_ft: float, tas_kt: float | None, asked: Asked) -> float | No
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)} are both speeds; give one of them.")
     for name, value in given.items():
-        label = f"{name.removesuffix('_kt')} in kt"
+        label = f"{name.removesuffix('_kt')} in kn"
         speed = _SPEEDS[name](manoeuvre.check_range(label, value, manoeuvre.TAS_KT), altitude_ft)
-        return manoeuvre.check_range("tas in kt", speed, manoeuvre.TAS_KT)
+        return manoeuvre.check_range("tas in kn", speed, manoeuvre.TAS_KT)
     return None
 
 

@@ -157,7 +157,7 @@ def load(path: str | Path) -> xr.Dataset:
 
 
 def samples(data: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Inputs (n, 4) altitude ft, gamma deg, rudder lower and upper deg; V_min, V_max (n, 2) kt; t_min (n) %."""
+    """Inputs (n, 4) altitude ft, gamma deg, rudder lower and upper deg; V_min, V_max (n, 2) kn; t_min (n) %."""
     flat = data.stack(case=("altitude", "gamma", "failure"))
     inputs = [flat[name].values for name in ("altitude", "gamma", "rudder_lower", "rudder_upper")]
     speeds = [flat[name].values for name in ("v_min", "v_max")]

@@ -132,10 +132,10 @@ class FlightCondition:
         return float(found.y[THROTTLE]) if found.status == solver.TRIMMED else None
 
     def intervals(self, rudder_deg: Range | None = None) -> tuple[Range, ...]:
-        """Speeds in kt at which a steady manoeuvre exists: one interval, or several with gaps between them.
+        """Speeds in kn at which a steady manoeuvre exists: one interval, or several with gaps between them.
 
-        Gaps are looked for every 0.5 kt (near the ceiling the thrust required has humps over speed) and their ends
-        found to 0.001 kt.
+        Gaps are looked for every 0.5 kn (near the ceiling the thrust required has humps over speed) and their ends
+        found to 0.001 kn.
         """
         whole = self.envelope(rudder_deg)
         if not (whole.feasible and whole.at_v_min and whole.at_v_max):
@@ -166,7 +166,7 @@ class FlightCondition:
         return None
 
     def _edge(self, rudder_deg: Range, inside: float, outside: float, y: np.ndarray) -> float:
-        """Speed in kt, between one with the trim y and one without any, where the trims end."""
+        """Speed in kn, between one with the trim y and one without any, where the trims end."""
         while abs(outside - inside) > _EDGE_TOLERANCE_KT:
             middle = 0.5 * (inside + outside)
             found = self._trim_at(rudder_deg, middle, y)

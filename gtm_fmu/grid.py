@@ -62,7 +62,7 @@ def assess(altitude_ft: float, gamma_deg: float, y, limits: ControlLimits | Fail
 
 @dataclass(frozen=True)
 class EnvelopeGrid:
-    """Steady manoeuvres over true airspeed (n) in kt and turn rate (m) in deg/s.
+    """Steady manoeuvres over true airspeed (n) in kn and turn rate (m) in deg/s.
 
     Attributes:
         feasible, stable, controllable: (n, m); the last two are false where no trim exists.
@@ -117,7 +117,7 @@ def envelope_grid(
     Raises:
         InputError: a step that is not positive.
     """
-    for name, step in (("speed step in kt", tas_step_kt), ("turn-rate step in deg/s", turn_rate_step_deg_s)):
+    for name, step in (("speed step in kn", tas_step_kt), ("turn-rate step in deg/s", turn_rate_step_deg_s)):
         if not 0.01 <= step <= 50.0:
             raise InputError(f"{name} {step:g} is outside 0.01 .. 50; give a value inside.")
     seeds = condition.extremes()

@@ -116,7 +116,7 @@ def bounds(
     """
     alpha_deg = check_pair("alpha in deg", alpha_deg, WIDEST_ALPHA_DEG)
     phi_deg = check_pair("phi in deg", phi_deg, WIDEST_PHI_DEG)
-    tas_kt = check_pair("tas in kt", tas_kt, TAS_KT)
+    tas_kt = check_pair("tas in kn", tas_kt, TAS_KT)
     turn_rate_deg_s = check_pair("turn rate in deg/s", turn_rate_deg_s, TURN_RATE_DEG_S)
     beta_deg = check_pair("beta in deg", beta_deg, BETA_DEG)
     angles = np.array([tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg]) / _UNIT[:, None]

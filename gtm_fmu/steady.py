@@ -127,7 +127,7 @@ def trims(
     lower, upper = manoeuvre.bounds(failure, alpha_deg, phi_deg)
     conditions = [
         manoeuvre.check_values("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT),
-        manoeuvre.check_values("tas in kt", tas_kt, manoeuvre.TAS_KT),
+        manoeuvre.check_values("tas in kn", tas_kt, manoeuvre.TAS_KT),
         manoeuvre.check_values("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG),
         manoeuvre.check_values("turn rate in deg/s", turn_rate_deg_s, manoeuvre.TURN_RATE_DEG_S),
     ]

@@ -93,7 +93,7 @@ class ThrustMap:
         density_ratio: (k) of its altitudes, to sea level's.
         gamma_deg: (l) flight-path angles; between them, and between the densities, by Lagrange's polynomials.
         deflection_deg: (m) rising.
-        table: (k, l, m, 2 + n) slowest and fastest equivalent airspeed in kt that all limits but the throttle's leave,
+        table: (k, l, m, 2 + n) slowest and fastest equivalent airspeed in kn that all limits but the throttle's leave,
             and n least thrusts of both engines in lbf, at speeds v with evenly spaced sqrt(v - slowest).
         full_thrust_lbf: gross thrust of both engines at sea level.
         provenance: how the map came about and its measured errors: anything that JSON can hold.

@@ -24,7 +24,7 @@ from gtm_fmu.thrust_map import ThrustMap
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
 FASTEST_KT = 200.0
-"""Equivalent airspeed beyond every envelope: full thrust at sea level reaches 192 kt in a descent of 5 deg."""
+"""Equivalent airspeed beyond every envelope: full thrust at sea level reaches 192 kn in a descent of 5 deg."""
 
 
 class Nodes(NamedTuple):

@@ -113,7 +113,7 @@ class CaseModel:
         return self
 
     def predict(self, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """V_min and V_max (n, 2) in kt, and whether there is an envelope (n)."""
+        """V_min and V_max (n, 2) in kn, and whether there is an envelope (n)."""
         return _column(self.speeds.predict(X)), _column(self.throttle.predict(X))[:, 0] <= FULL_THROTTLE_PCT
 
 
@@ -130,7 +130,7 @@ class JamModel:
         return self
 
     def predict(self, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """V_min and V_max (n, 2) in kt, NaN without an envelope, and whether there is one (n)."""
+        """V_min and V_max (n, 2) in kn, NaN without an envelope, and whether there is one (n)."""
         assert self.model is not None
         least, most = WIDEST["rudder_deg"]
         nodes = np.arange(least, most + _NODE_STEP_DEG / 2, _NODE_STEP_DEG)

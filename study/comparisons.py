@@ -78,7 +78,7 @@ def network_scores(speeds: Selection, throttle: Selection) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class SpeedsOverJams:
-    """Exact and emulated (V_min, V_max) in kt over jammed deflections in deg at one flight condition."""
+    """Exact and emulated (V_min, V_max) in kn over jammed deflections in deg at one flight condition."""
 
     altitude_ft: float
     gamma_deg: float
@@ -129,7 +129,7 @@ def compare_emulator(emulator: RudderEmulator, data: xr.Dataset, seed: int, adva
 
 
 def _speeds(envelope) -> np.ndarray:
-    """(V_min, V_max) in kt of an exact or emulated envelope, NaN without one."""
+    """(V_min, V_max) in kn of an exact or emulated envelope, NaN without one."""
     return np.array([envelope.v_min_kt, envelope.v_max_kt], dtype=float)
 
 

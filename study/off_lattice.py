@@ -44,7 +44,7 @@ def case_table(
 @dataclass(frozen=True)
 class OffLattice:
     """Cases X (n, 2 + 2 k): altitude ft, gamma deg, lower and upper limit in deg of each of k controls; exact speeds
-    (n, 2) in kt and t_min (n) in %.
+    (n, 2) in kn and t_min (n) in %.
 
     NaN where there is no envelope, or no manoeuvre at any throttle.
     """
@@ -102,7 +102,7 @@ def solve(
 
 
 def scores(truth: OffLattice, speeds_kt: np.ndarray, feasible: np.ndarray) -> dict[str, dict[str, Any]]:
-    """Errors of predicted speeds (n, 2) kt and verdicts (n), of restrictions, jams and both.
+    """Errors of predicted speeds (n, 2) kn and verdicts (n), of restrictions, jams and both.
 
     Speeds are compared where both find an envelope; parts in which that never happens are left out. The mean square is
     of speeds scaled to 0..1 by the range of the exact ones; the percentiles are of V_min and V_max together.

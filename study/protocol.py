@@ -41,7 +41,7 @@ NEURON_ITERATIONS = 10
 
 @dataclass(frozen=True)
 class Lattice:
-    """The feasible cases of the paper's lattice: inputs X (N, 4) as `INPUTS`, exact speeds Y (N, 2) in kt."""
+    """The feasible cases of the paper's lattice: inputs X (N, 4) as `INPUTS`, exact speeds Y (N, 2) in kn."""
 
     X: np.ndarray
     Y: np.ndarray

@@ -45,7 +45,7 @@ def plot_surface(advance: Advance) -> Figure:
 
 @dataclass(frozen=True)
 class FoldCut:
-    """Exact and predicted V_max in kt over flight-path angles in deg across a fold."""
+    """Exact and predicted V_max in kn over flight-path angles in deg across a fold."""
 
     gammas_deg: np.ndarray
     exact_kt: np.ndarray

@@ -37,7 +37,7 @@ def volume(advance: Advance) -> EnvelopeFamily:
 
 @dataclass(frozen=True)
 class LimitSurface:
-    """V_max (n, n) in kt over lower (rows) and upper (columns) limits of a control; NaN where there is no envelope.
+    """V_max (n, n) in kn over lower (rows) and upper (columns) limits of a control; NaN where there is no envelope.
 
     The diagonal holds the jams; there are no limits below it.
     """

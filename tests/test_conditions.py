@@ -102,7 +102,7 @@ def test_wings_level_with_a_jammed_rudder_is_a_turn(tas_kt):
 
 
 def test_a_bank_gives_the_turn_of_the_specification():
-    """SPEC 13: eas 95 kt, gamma 3 deg, phi 45 deg, the turn rate free."""
+    """SPEC 13: eas 95 kn, gamma 3 deg, phi 45 deg, the turn rate free."""
     printed = next(trim for trim in TRIMS if trim.psi_dot is None)
     found = steady.trim(printed.h, eas_kt=printed.eas, gamma_deg=printed.gamma, bank_deg=45, phi_deg=(-60, 60))
     assert found.feasible
@@ -173,8 +173,8 @@ class TestAirspeeds:
         ({}, "No speed is given; give one"),
         ({"load_factor": 1.1}, "No speed is given; give one"),
         ({"tas_kt": 100, "eas_kt": 90}, "tas_kt and eas_kt are both speeds; give one of them"),
-        ({"cas_kt": "fast"}, "cas in kt 'fast' is not a number"),
-        ({"eas_kt": 300, "altitude_ft": 30000}, "tas in kt 490.* is outside 20 .. 350"),
+        ({"cas_kt": "fast"}, "cas in kn 'fast' is not a number"),
+        ({"eas_kt": 300, "altitude_ft": 30000}, "tas in kn 490.* is outside 20 .. 350"),
         (
             {"tas_kt": 100, "bank_deg": 45},
             "bank in deg 45 is outside -30 .. 30; give a value inside, or wider bounds of phi",

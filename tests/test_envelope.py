@@ -21,7 +21,7 @@ HELD = 1e-6  # of a typical size: as near to a bound as an optimum is
 
 
 class Case(NamedTuple):
-    """A flight condition, what a failure leaves, and what the scans of it step by (speed in kt, bank in deg)."""
+    """A flight condition, what a failure leaves, and what the scans of it step by (speed in kn, bank in deg)."""
 
     altitude_ft: float
     gamma_deg: float
@@ -98,7 +98,7 @@ def assert_is_a_trim_of_the_condition(trim: Trim, altitude_ft, gamma_deg, lower,
 
 @pytest.mark.parametrize("name", CASES)
 def test_ends_against_a_dense_scan(name):
-    """Nothing feasible beyond the ends by more than 0.01 kt, no feasible case missed, and none invented."""
+    """Nothing feasible beyond the ends by more than 0.01 kn, no feasible case missed, and none invented."""
     case = CASES[name]
     found = case.condition.envelope(case.rudder_deg)
     speed_step, bank_step = case.steps

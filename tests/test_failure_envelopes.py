@@ -38,7 +38,7 @@ CASES = {
 
 
 def scanned_speeds(condition: FlightCondition, tas_kt) -> np.ndarray:
-    """Speeds in kt of the cold trims inside every bound, over 2 deg of bank and of rudder."""
+    """Speeds in kn of the cold trims inside every bound, over 2 deg of bank and of rudder."""
     lower, upper = condition.bounds
     banks = np.arange(-30.0, 30.1, 2.0) * RAD_PER_DEG
     rudders = np.unique(np.linspace(lower[7], upper[7], int((upper[7] - lower[7]) / 2) + 1))

@@ -148,7 +148,7 @@ def test_stable_means_no_positive_real_part():
     assert not linearization.is_stable(np.array([-1.0, 1e-9]))
 
 
-# Reading errors of the plots (their README, SPEC 13): 0.1 deg, 0.1 kt, 0.15 % throttle, 0.01 Hz.
+# Reading errors of the plots (their README, SPEC 13): 0.1 deg, 0.1 kn, 0.15 % throttle, 0.01 Hz.
 
 
 def test_level_trims_over_alpha_agree_with_nasa():

@@ -306,10 +306,10 @@ def test_equal_bounds_on_alpha_and_phi():
     [
         ({"altitude_ft": [0, np.nan]}, "altitude in ft: 1 of 2 values are outside 0 .. 36089, the first is nan"),
         ({"altitude_ft": [-1, -2, 5]}, "altitude in ft: 2 of 3 values"),
-        ({"tas_kt": [100, 0]}, "tas in kt: 1 of 2 values are outside 20 .. 350"),
+        ({"tas_kt": [100, 0]}, "tas in kn: 1 of 2 values are outside 20 .. 350"),
         ({"gamma_deg": 50}, "gamma in deg: 1 of 1 values"),
         ({"turn_rate_deg_s": [np.inf]}, "turn rate in deg/s: 1 of 1 values"),
-        ({"tas_kt": "fast"}, "tas in kt is no array of numbers"),
+        ({"tas_kt": "fast"}, "tas in kn is no array of numbers"),
         ({"rudder_deg": [[-31, 0]]}, "rudder in deg: 1 of 2 values are outside -30 .. 30"),
         ({"rudder_deg": [[np.nan, 0]]}, "rudder in deg: 1 of 2 values"),
         ({"rudder_deg": [[5, -5]]}, "reversed"),

@@ -189,7 +189,7 @@ def test_any_unknown_can_be_held(trimmer):
 
 
 def test_a_bank_angle_can_be_held_instead_of_a_turn_rate(trimmer):
-    """SPEC 13: eas 95 kt, gamma 3 deg, phi 45 deg, the turn rate free."""
+    """SPEC 13: eas 95 kn, gamma 3 deg, phi 45 deg, the turn rate free."""
     printed = next(trim for trim in TRIMS if trim.psi_dot is None)
     tas_kt = printed.eas / np.sqrt(plain_model.atmosphere(printed.h).density / 0.0023769)
     lower, upper = manoeuvre.bounds(ControlLimits(), phi_deg=(45.0, 45.0), tas_kt=(tas_kt, tas_kt))

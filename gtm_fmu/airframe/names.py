@@ -40,7 +40,7 @@ OUTPUTS = (
     "rotor_speed_left",
     "rotor_speed_right",
 )
-"""kt, kt, deg, deg, -, lbf/ft^2, deg, deg, g, g, g, lbf, lbf, %, % (SPEC 8)."""
+"""kn, kn, deg, deg, -, lbf/ft^2, deg, deg, g, g, g, lbf, lbf, %, % (SPEC 8)."""
 
 LOOKUPS = ("alpha", "beta", "p_hat", "q_hat", "r_hat", "omega_hat", "elevator", "aileron", "rudder")
 """Arguments of the aerodynamic tables: deg, deg, four normalised rates, three deflections in deg (SPEC 5)."""

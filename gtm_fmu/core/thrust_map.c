@@ -9,7 +9,7 @@
 #include "solver.h"
 
 enum { BISECTIONS = 60 };
-static const double jump = 2; /* kt EAS within the tolerance: the end lies on another branch */
+static const double jump = 2; /* kn EAS within the tolerance: the end lies on another branch */
 
 /* The map at one altitude and path: least thrust over speed with one deflection. Outside the range of speeds it goes on
    with the slope of its first or last eighth where that lowers it. */
@@ -207,7 +207,7 @@ static ends ends_over(const section *s, double lower, double upper, double avail
     return e;
 }
 
-/* Bend in kt of the slowest speed between two deflections. */
+/* Bend in kn of the slowest speed between two deflections. */
 static double deflection_bend(const section *s, place at)
 {
     double most = 0;
@@ -219,7 +219,7 @@ static double deflection_bend(const section *s, place at)
     return 4 * at.w * (1 - at.w) * most;
 }
 
-/* Bend in kt of the curve of least thrust between two speeds. */
+/* Bend in kn of the curve of least thrust between two speeds. */
 static double speed_bend(const section *s, place at, double v)
 {
     const gtm_thrust_map *map = s->map;

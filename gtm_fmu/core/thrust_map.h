@@ -16,18 +16,18 @@ typedef struct {
     const double *density;    /* ratio to that at sea level */
     const double *gamma;      /* deg */
     const double *deflection; /* deg, rising */
-    const float *table;       /* [density][gamma][deflection][2 + speeds]: slowest and fastest EAS in kt, and thrusts in
+    const float *table;       /* [density][gamma][deflection][2 + speeds]: slowest and fastest EAS in kn, and thrusts in
                                  lbf from one to the other, the roots of the steps above the slowest evenly spaced */
     double full_thrust;       /* lbf, of both engines at sea level */
     double tolerance;         /* lbf, of the thrusts, and how many standard deviations of theirs it is */
     double tolerance_deviations;
     double bend_share;        /* standard deviation of the slowest speed between deflections, of its bend there */
-    double least_deviation;   /* kt EAS, of V_min and of V_max */
+    double least_deviation;   /* kn EAS, of V_min and of V_max */
 } gtm_thrust_map;
 
 typedef struct {
-    double v_min, v_max;         /* true airspeed in kt; 0 without an envelope */
-    double v_min_std, v_max_std; /* standard deviations in kt */
+    double v_min, v_max;         /* true airspeed in kn; 0 without an envelope */
+    double v_min_std, v_max_std; /* standard deviations in kn */
     double spare_thrust;         /* lbf left where the least thrust is needed; an envelope exists from 0 on */
     double is_fold;              /* 1 if inside the tolerance an end jumps or the envelope vanishes, else 0 */
 } gtm_map_envelope;

@@ -65,7 +65,7 @@ def after_jam(flight):
 
 
 def test_with_protection_the_airspeed_stays_inside(flights):
-    """The plan's 64 kt are inside the envelope of the whole rudder, but not of the jammed one."""
+    """The plan's 64 kn are inside the envelope of the whole rudder, but not of the jammed one."""
     before = flights[PROTECTED][round((JAM_S - 1) / STEP_S)]
     assert before["autopilot.known_v_min"] < 64 * M_S_PER_KT
     flight = after_jam(flights[PROTECTED])

@@ -44,7 +44,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Steps:
-    """Of a grid: speed in kt, bank and rudder in deg."""
+    """Of a grid: speed in kn, bank and rudder in deg."""
 
     tas_kt: float
     phi_deg: float

@@ -240,7 +240,7 @@ def kalviste_split(alpha: float, beta: float, p: float, q: float, r: float) -> R
 
 
 def rate_scale(tas: float) -> float:
-    """Vk of SPEC 5.5 in ft/s, tas in kt."""
+    """Vk of SPEC 5.5 in ft/s, tas in kn."""
     return 2 * RATE_FT_S_PER_KT * min(max(tas, 1.0), 10000.0)
 
 
@@ -254,7 +254,7 @@ class NormalisedRates(NamedTuple):
 
 
 def normalised_rates(split: RateSplit, tas: float) -> NormalisedRates:
-    """Arguments of the rate tables (SPEC 5.5), tas in kt."""
+    """Arguments of the rate tables (SPEC 5.5), tas in kn."""
     Vk = rate_scale(tas)
     omega_hat = min(max(split.omega * SPAN / Vk, -0.5), 0.5)
     return NormalisedRates(split.p * SPAN / Vk, split.q * CHORD / Vk, split.r * SPAN / Vk, omega_hat)

@@ -114,7 +114,7 @@ POINT_C_INERTIAS = "1.256983561 4.383458737 5.315316771 0.25841 -0.00265 -0.0377
 
 
 class Trim(NamedTuple):
-    """A printed trim: ft, ft/s (or eas in kt), deg, deg/s, %; None where the table prints nothing."""
+    """A printed trim: ft, ft/s (or eas in kn), deg, deg/s, %; None where the table prints nothing."""
 
     name: str
     h: float
@@ -187,7 +187,7 @@ INERTIA = {"Ixx": "1.222076938", "Iyy": "4.657102173", "Izz": "5.588301532"}
 
 
 class Spin(NamedTuple):
-    """The spin trim: controls in deg and %, air data in kt and deg, rates in deg/s, attitude in deg."""
+    """The spin trim: controls in deg and %, air data in kn and deg, rates in deg/s, attitude in deg."""
 
     h: float
     u: tuple[str, str, str, str]

@@ -67,7 +67,7 @@ def solve_trim(h, gamma, held, start):
 
 
 def speed(eas, h):
-    """V in ft/s of an equivalent airspeed in kt."""
+    """V in ft/s of an equivalent airspeed in kn."""
     return eas / plain_model.KT_PER_FT_S / plain_model.atmosphere(h).root_density_ratio
 
 

@@ -33,7 +33,7 @@ def test_the_axis_that_bends_is_refined_first():
 
 
 def test_jams_are_chosen_at_the_jump():
-    """V_max falls by 20 kt at a deflection of 10 deg: there the choice is denser than by chance."""
+    """V_max falls by 20 kn at a deflection of 10 deg: there the choice is denser than by chance."""
     rng, count = np.random.default_rng(0), 500
     jam = rng.uniform(-30, 30, count)
     X = np.column_stack([rng.uniform(0, 30000, count), rng.uniform(-5, 5, count), jam, jam])

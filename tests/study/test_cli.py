@@ -59,7 +59,7 @@ class TestJson:
         assert type(found["stable"]) is type(found["controllable"]) is bool
 
     def test_turn(self, ask):
-        """Climbing turn of SPEC 13 at eas 95 kt, with a wider bank."""
+        """Climbing turn of SPEC 13 at eas 95 kn, with a wider bank."""
         turn = next(trim for trim in TRIMS if trim.name == "eas 95, climbing turn 10 deg/s")
         tas_kt = float(turn.V) * KT_PER_FT_S
         found = ask(
@@ -146,7 +146,7 @@ class TestJson:
         assert found["limits"]["rudder_deg"] == [-10, 20]
 
     def test_ends_of_the_envelope_are_trims(self, ask):
-        """`trim` finds the manoeuvre at V_max again, and none 1 kt beyond."""
+        """`trim` finds the manoeuvre at V_max again, and none 1 kn beyond."""
         end = ask("envelope --altitude-ft 10000 --rudder-deg 10 10 --json").json["at_v_max"]
         asked = f"--altitude-ft 10000 --rudder-deg 10 10 --turn-rate-deg-s {end['turn_rate_deg_s']} --json"
         again = ask(f"trim --tas-kt {end['tas_kt'] - 1e-6} {asked} --throttle-pct 0 100")

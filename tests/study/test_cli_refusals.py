@@ -50,9 +50,9 @@ BAD_LIMITS = [
     ("--phi-deg -90 90", "phi in deg -90 is outside -80 .. 80"),
 ]
 BAD_TARGETS = [
-    ("--tas-kt nan", "tas in kt nan is outside 20 .. 350"),
-    ("--tas-kt 0", "tas in kt 0 is outside 20 .. 350"),
-    ("--tas-kt 351", "tas in kt 351 is outside 20 .. 350"),
+    ("--tas-kt nan", "tas in kn nan is outside 20 .. 350"),
+    ("--tas-kt 0", "tas in kn 0 is outside 20 .. 350"),
+    ("--tas-kt 351", "tas in kn 351 is outside 20 .. 350"),
     ("--turn-rate-deg-s nan", "turn rate in deg/s nan is outside -90 .. 90"),
 ]
 FLIGHT = {command: AT for command in ("trim", "linearize")}

@@ -37,7 +37,7 @@ def least_throttle(lattice) -> np.ndarray:
 
 
 def exact_speeds(case) -> list[float | None]:
-    """(V_min, V_max) in kt."""
+    """(V_min, V_max) in kn."""
     altitude_ft, gamma_deg, *rudder_deg = case
     found = FlightCondition(altitude_ft, gamma_deg).envelope(tuple(rudder_deg))
     return [found.v_min_kt, found.v_max_kt]

@@ -30,7 +30,7 @@ def test_feasible_where_the_least_throttle_is_at_most_full():
 
 
 def test_scores_by_hand():
-    """Ranges of the exact speeds are 10 and 30 kt; of four cases two are compared, and two verdicts are wrong."""
+    """Ranges of the exact speeds are 10 and 30 kn; of four cases two are compared, and two verdicts are wrong."""
     speeds = np.array([[61.0, 103.0], [70.0, 84.0], [50.0, 60.0], [NAN, NAN]])
     found = off_lattice.scores(TRUTH, speeds, np.array([True, True, True, False]))
     assert found["restrictions"]["mse"] == pytest.approx((0.1**2 + 0.1**2) / 2)

@@ -78,7 +78,7 @@ def test_table_and_figures(kept):
 
 
 def test_the_jump_of_v_max_comes_out_right(monkeypatch):
-    """At 28398 ft with a jam of 2.1 deg V_max falls from 128 to 113 kt between 1.8 and 1.9 deg of flight path."""
+    """At 28398 ft with a jam of 2.1 deg V_max falls from 128 to 113 kn between 1.8 and 1.9 deg of flight path."""
     monkeypatch.setattr(surrogate_figures, "FOLD_GAMMAS_DEG", (1.8, 1.9))
     cut = surrogate_figures.fold_cut(lambda *_: None)
     assert cut.exact_kt == pytest.approx([128.0, 113.0], abs=0.5)
