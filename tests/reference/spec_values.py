@@ -1,4 +1,4 @@
-"""Reference values of SPEC 13 and 3, as printed there.
+"""Reference values of SPEC 13 and 3 (docs/airframe.md), as printed there.
 
 Units are the specification's own: ft, ft/s, rad, rad/s, slug, lbf; surfaces in deg, throttle in %; trims are printed in
 deg and deg/s. Where the printed digits give the tolerance, a value stays text: see `half_unit`.
@@ -106,7 +106,7 @@ POINT_C_ACCELERATIONS = {
     6: "-1.353763299 -34.06893793 0.6539371134 -14.07071294 -2.029276841 2.499461778",
 }
 POINT_C_SHEAR_GAIN = "0.9997435259521"
-POINT_C_WIND_BODY = "1.193185375638 -13.01965099438 7.296296992581"
+POINT_C_WIND_BODY = "1.193185375638 -13.01965099437 7.296296992581"
 # in damage case 6: slug, ft, slug ft^2 (Ixx, Iyy, Izz, Ixz, Iyz, Ixy)
 POINT_C_MASS = "1.559020390656"
 POINT_C_CG = "-4.716311682 -0.006252193 -0.944948465"
@@ -143,7 +143,7 @@ TRIMS = (
     ),
     Trim(
         "eas 75, level", 800, 0, ("alpha", *BETA_HELD),
-        "5.558324", "0", "-0.01820", "0.095301", "-0.719119", "-0.004484", "33.638686", "128.07948", eas=75,
+        "5.558324", "0", "-0.01820", "0.095301", "-0.719120", "-0.004484", "33.638686", "128.07948", eas=75,
     ),
     Trim(
         "eas 95, climbing turn 10 deg/s", 800, 3, ("alpha", *BETA_HELD),
@@ -155,7 +155,7 @@ TRIMS = (
     ),
     Trim(
         "rudder held at 10 deg", 10000, 0, RUDDER_HELD,
-        "2.315597", "7.717613", "15.739215", "1.285077", "-9.195683", "10", "64.926999", "200",
+        "2.315597", "7.717613", "15.739215", "1.285077", "-9.195683", "10", "64.927000", "200",
     ),
     Trim(
         "rudder held at 20 deg", 10000, 0, RUDDER_HELD,

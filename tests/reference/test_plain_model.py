@@ -89,7 +89,7 @@ def test_trims_to_the_printed_digits(trim: Trim):
 
     for name in trim.free:
         if name in printed:
-            assert_as_printed(solved[name], printed[name], half_units=2)
+            assert_as_printed(solved[name], printed[name])
 
 
 def test_spin_is_a_trim_to_the_printed_digits():
