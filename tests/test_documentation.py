@@ -151,6 +151,24 @@ def test_languages():
     assert len(of("python")) >= 9
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_links(page):
+    """Files and headings that a page links to are there."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if not target.startswith("http"):
+            path, _, heading = target.partition("#")
+            linked = (ROOT / page).parent / path if path else ROOT / page
+            assert linked.exists(), f"{page} links to {target}"
+            assert not heading or heading in headings(linked), f"{page} links to {target}"
+
+
+def headings(path: Path) -> set[str]:
+    """The anchors that a page's headings have."""
+    titles = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
 def test_reasons():
     for block in of(*LANGUAGES, is_run=False):
         assert len(block.reason.split()) >= 3, f"{block}: say why it is not run"
