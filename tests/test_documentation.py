@@ -23,6 +23,7 @@ import pytest
 import typer
 from typer.exceptions import TyperException
 
+from gtm_fmu import ControlLimits, linearize, trim
 from study import cli
 
 ROOT = Path(__file__).parents[1]
@@ -149,6 +150,20 @@ def test_languages():
         assert not is_program, f"{block}: a program is fenced as python, a command as sh"
     assert len(of("sh")) >= 10
     assert len(of("python")) >= 9
+
+
+def test_signs():
+    """README's table, in level flight and with a rudder jammed at 10 deg (SPEC 4 and 13)."""
+    level = trim(10000, 118.5)
+    B = dict(zip(("p", "q", "r"), linearize(level).B[3:6], strict=True))
+    elevator, aileron, rudder = 0, 1, 2
+    assert B["q"][elevator] < 0
+    assert B["p"][aileron] < 0
+    assert B["r"][rudder] < 0
+    jammed = trim(10000, 118.5, limits=ControlLimits(rudder_deg=(10, 10)))
+    assert (round(jammed.beta_deg, 1), round(jammed.phi_deg, 1)) == (7.7, 15.7)
+    assert trim(10000, 118.5, 3.0, 5.0).phi_deg > 10
+    assert trim(10000, 118.5, 3.0).theta_deg > level.theta_deg
 
 
 @pytest.mark.parametrize("page", PAGES)
