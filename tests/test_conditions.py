@@ -10,6 +10,7 @@ from gtm_fmu import airspeed, manoeuvre, steady
 from gtm_fmu.client import FmuClient
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
+from gtm_fmu.envelope import envelope
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Failure
 from gtm_fmu.manoeuvre import Trim
@@ -134,6 +135,15 @@ def test_a_load_factor_beyond_the_limits_has_no_trim():
     found = steady.trim(10000, 120, load_factor=2)
     assert (found.converged, found.feasible) == (True, False)
     assert found.limits_hit == ("phi.upper", "load_factor.lower")
+
+
+@pytest.mark.parametrize("alpha_deg", [14, 20, 28])
+def test_envelopes_go_into_the_stall(alpha_deg):
+    """Where NASA's level trims go (tests/reference/nasa_plots), up to 28 deg: V_min is just below such a trim."""
+    found = envelope(800, 0, ControlLimits(), alpha_deg=(-5, alpha_deg))
+    level = steady.trim(800, angle_of_attack_deg=alpha_deg, alpha_deg=(-5, alpha_deg))
+    assert found.at_v_min.alpha_deg == pytest.approx(alpha_deg, abs=1e-6)
+    assert level.tas_kt - 0.3 < found.v_min_kt <= level.tas_kt + 1e-4
 
 
 class TestAirspeeds:
