@@ -8,7 +8,7 @@ A trim is stable if no eigenvalue of A has a positive real part (paper, section 
 if every unstable mode is (Popov, Belevitch, Hautus): the smallest singular value of [lambda I - A, B], with states and
 inputs in units of `STATE_SCALE` and `INPUT_SCALE`, is at least `PBH_THRESHOLD`. The rank of the paper's matrix
 [B AB .. A^7 B] (eq. 35) is given beside it; powers of A spread its columns over many orders of magnitude, so that its
-condition is 1e9 to 5e11 and its numerical rank depends on the tolerance more than on the aircraft.
+condition reaches 3e10 and its numerical rank depends on the tolerance more than on the aircraft.
 """
 
 from collections.abc import Callable, Sequence
