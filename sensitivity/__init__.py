@@ -1,27 +1,59 @@
-"""Variance-based sensitivity analysis of any model, with independent or dependent inputs.
+"""Sensitivity analysis of any model whose inputs may depend on each other.
 
 distribution = Distribution([Uniform("x", 0, 1), OrderedUniform(("low", "high"), -1, 1)])
 evaluated = variance_design(distribution, 2**14).evaluate(model, output_names=["y"])
 indices = variance_indices(evaluated)
 figure = plot_indices(indices)
+
+It needs NumPy and SciPy; figures need matplotlib, which is imported when one is drawn.
 """
 
+from typing import Any
+
+from .correlated import Gaussian, GaussianCopula
 from .design import Design, EvaluatedDesign, variance_design
-from .distributions import Block, Distribution, OrderedUniform, Uniform
+from .distributions import Block, Density, Distribution, OrderedUniform, Uniform
+from .empirical import Empirical
 from .indices import Estimate, Identity, VarianceIndices, variance_indices
-from .plots import plot_indices
+from .marginals import Marginal, PointMass
+from .mixtures import Equal, Mixture, ordered_with_jams
+from .rejection import Conditioned, conditioned
+from .salib_problem import from_salib
+from .simplex import Simplex
 
 __all__ = [
     "Block",
+    "Conditioned",
+    "Density",
     "Design",
     "Distribution",
+    "Empirical",
+    "Equal",
     "Estimate",
     "EvaluatedDesign",
+    "Gaussian",
+    "GaussianCopula",
     "Identity",
+    "Marginal",
+    "Mixture",
     "OrderedUniform",
+    "PointMass",
+    "Simplex",
     "Uniform",
     "VarianceIndices",
+    "conditioned",
+    "from_salib",
+    "ordered_with_jams",
     "plot_indices",
     "variance_design",
     "variance_indices",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Figures bring matplotlib, so they are imported when one is asked for."""
+    if name == "plot_indices":
+        from .plots import plot_indices
+
+        return plot_indices
+    raise AttributeError(f"module 'sensitivity' has no attribute '{name}'")

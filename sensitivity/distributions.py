@@ -7,12 +7,28 @@ Annoni 2012). All draws are transformations of numbers in [0, 1), so random and 
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+
+
+class Density(NamedTuple):
+    """Density (n,) of some inputs at n points, on a set of this dimension.
+
+    A share of the probability may lie on a line or a point of the space. Where it does, it outweighs any density of a
+    higher dimension.
+    """
+
+    value: Array
+    dimension: int
+
+    @classmethod
+    def of_nothing(cls, n: int) -> "Density":
+        """That of no inputs at all."""
+        return cls(np.ones(n), 0)
 
 
 class Block(Protocol):
@@ -39,6 +55,13 @@ class Block(Protocol):
         """Whether each row of x (n, len(names)) lies in the support, shape (n,)."""
 
 
+class BlockWithDensity(Block, Protocol):
+    """A block that can be a part of a `Mixture`."""
+
+    def density(self, x: Array, kept: Sequence[bool]) -> Density:
+        """Density of the columns of x (n, len(names)) that are marked in `kept`, whatever the others are."""
+
+
 @dataclass(frozen=True)
 class Uniform:
     """One input, uniform on [lower, upper)."""
@@ -50,7 +73,7 @@ class Uniform:
 
     def __post_init__(self) -> None:
         """Refuse bounds that are not finite and increasing."""
-        _check_bounds(self.name, self.lower, self.upper)
+        check_bounds(self.name, self.lower, self.upper)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -74,6 +97,17 @@ class Uniform:
         """Whether each row of x (n, 1) lies in [lower, upper], shape (n,)."""
         return (self.lower <= x[:, 0]) & (x[:, 0] <= self.upper)
 
+    @property
+    def bounds(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest value."""
+        return ((self.lower, self.upper),)
+
+    def density(self, x: Array, kept: Sequence[bool]) -> Density:
+        """Density of the kept columns of x (n, 1)."""
+        if not kept[0]:
+            return Density.of_nothing(len(x))
+        return Density(self.contains(x).astype(float) / (self.upper - self.lower), 1)
+
 
 @dataclass(frozen=True)
 class OrderedUniform:
@@ -93,7 +127,7 @@ class OrderedUniform:
         """Refuse anything but two names and finite, increasing bounds."""
         if isinstance(self.names, str) or len(self.names) != 2:
             raise ValueError(f"An ordered pair has exactly two names, got {self.names!r}: give (lower, upper).")
-        _check_bounds(" <= ".join(self.names), self.lower, self.upper)
+        check_bounds(" <= ".join(self.names), self.lower, self.upper)
 
     @property
     def units(self) -> tuple[str, str]:
@@ -115,6 +149,23 @@ class OrderedUniform:
     def contains(self, x: Array) -> NDArray[np.bool_]:
         """Whether each row of x (n, 2) lies in the closed triangle, shape (n,)."""
         return (self.lower <= x[:, 0]) & (x[:, 0] <= x[:, 1]) & (x[:, 1] <= self.upper)
+
+    @property
+    def bounds(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest value of each input."""
+        return ((self.lower, self.upper),) * 2
+
+    def density(self, x: Array, kept: Sequence[bool]) -> Density:
+        """Density of the kept columns of x (n, 2)."""
+        width = self.upper - self.lower
+        if all(kept):
+            return Density(self.contains(x).astype(float) * (2.0 / width**2), 2)
+        if not any(kept):
+            return Density.of_nothing(len(x))
+        column = x[:, list(kept).index(True)]
+        above = self.upper - column if kept[0] else column - self.lower
+        inside = (self.lower <= column) & (column <= self.upper)
+        return Density(2.0 * inside * above / width**2, 1)
 
 
 class Distribution:
@@ -174,6 +225,12 @@ class Distribution:
         """All inputs but those named, in order."""
         return tuple(name for name in self.names if name not in names)
 
+    @property
+    def bounds(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest value of each input; infinite where it has none, or a block does not tell."""
+        unknown = (-np.inf, np.inf)
+        return tuple(pair for block in self.blocks for pair in getattr(block, "bounds", (unknown,) * len(block.names)))
+
     def check_names(self, names: Collection[str]) -> None:
         """Refuse names that are not inputs of this distribution."""
         unknown = sorted(set(names) - set(self.names))
@@ -196,6 +253,7 @@ def _between(lower: float | Array, upper: float | Array, u: Array) -> Array:
     return lower + (upper - lower) * u
 
 
-def _check_bounds(what: str, lower: float, upper: float) -> None:
+def check_bounds(what: str, lower: float, upper: float) -> None:
+    """Refuse bounds that are not finite and increasing."""
     if not (np.isfinite(lower) and np.isfinite(upper) and lower < upper):
         raise ValueError(f"Bounds of {what} are [{lower:g}, {upper:g}]: give finite bounds with lower < upper.")
