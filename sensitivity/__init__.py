@@ -13,10 +13,13 @@ from typing import Any
 from .correlated import Gaussian, GaussianCopula
 from .design import Design, EvaluatedDesign, variance_design
 from .distributions import Block, Density, Distribution, OrderedUniform, Uniform
+from .elementary_effects import EffectsDesign, ElementaryEffects, effects_design
 from .empirical import Empirical
+from .given_data import GivenDataIndices, given_data_indices
 from .indices import Estimate, Identity, VarianceIndices, variance_indices
 from .marginals import Marginal, PointMass
 from .mixtures import Equal, Mixture, ordered_with_jams
+from .moment_free import PawnIndices, pawn_indices
 from .rejection import Conditioned, conditioned
 from .salib_problem import from_salib
 from .simplex import Simplex
@@ -27,23 +30,30 @@ __all__ = [
     "Density",
     "Design",
     "Distribution",
+    "EffectsDesign",
+    "ElementaryEffects",
     "Empirical",
     "Equal",
     "Estimate",
     "EvaluatedDesign",
     "Gaussian",
     "GaussianCopula",
+    "GivenDataIndices",
     "Identity",
     "Marginal",
     "Mixture",
     "OrderedUniform",
+    "PawnIndices",
     "PointMass",
     "Simplex",
     "Uniform",
     "VarianceIndices",
     "conditioned",
+    "effects_design",
     "from_salib",
+    "given_data_indices",
     "ordered_with_jams",
+    "pawn_indices",
     "plot_indices",
     "variance_design",
     "variance_indices",
