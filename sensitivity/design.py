@@ -1,7 +1,8 @@
 """Designs for variance-based indices: points, the role of each block of rows, and the outputs that belong to them."""
 
+import json
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -9,13 +10,24 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import qmc
 
 from .distributions import Array, Distribution
+from .outputs import checked_outputs, evaluate_in_chunks
 
 Factor = tuple[str, ...]
 """Names of the inputs whose joint influence is one index; a single input is a factor of one name."""
 
-Sampling = Literal["sobol", "random"]
 
+def factor_key(factor: Factor) -> str:
+    """The names joined with commas; one that holds a comma itself stands in quotation marks."""
+    return ",".join(json.dumps(name) if "," in name or '"' in name else name for name in factor)
+
+
+Sampling = Literal["sobol", "latin", "random"]
+
+SEQUENCES = {"sobol": "Sobol sequences", "latin": "Latin hypercubes"}
 MIN_ROWS = 16
+TEXT_ROUNDING, COARSE_ROUNDING = 2e-6, 1e-3
+"""Of an input's size: what ``%.6f`` of numbers around one or ``%.6g`` may take from a point on its way through a file,
+and what looks like coarser rounding, not like another point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,18 +69,7 @@ class Design:
         chunk_size: int = 65536,
     ) -> "EvaluatedDesign":
         """Evaluate a model that maps points (rows, inputs) to outputs (rows,) or (rows, outputs), in chunks of rows."""
-        if chunk_size < 1:
-            raise ValueError(f"Chunk size is {chunk_size}: give at least 1 row a chunk.")
-        chunks = [self.points[start : start + chunk_size] for start in range(0, self.n_evaluations, chunk_size)]
-        outputs = []
-        for chunk in chunks:
-            output = np.asarray(model(chunk), dtype=float)
-            if output.ndim not in (1, 2) or len(output) != len(chunk):
-                raise ValueError(
-                    f"The model returned shape {output.shape} for {len(chunk)} points: return a row of outputs a point."
-                )
-            outputs.append(output)
-        return self.attach(self.points, np.concatenate(outputs), output_names)
+        return self.attach(self.points, evaluate_in_chunks(model, self.points, chunk_size), output_names)
 
     def attach(
         self, points: ArrayLike, outputs: ArrayLike, output_names: Sequence[str] | None = None
@@ -76,39 +77,31 @@ class Design:
         """Join outputs computed elsewhere, (rows,) or (rows, outputs), with the design.
 
         `points` are those at which they were computed, row by row as the outputs; they must be the design's own, in its
-        own order, so that a shuffled, filtered or foreign result is refused.
+        own order, so that a shuffled, filtered or foreign result is refused. Points that a text file rounded to six
+        digits or more are the design's own.
+
+        Raises:
+            ValueError: other points, or outputs that `checked_outputs` refuses.
         """
-        points, outputs = np.asarray(points, dtype=float), np.asarray(outputs, dtype=float)
+        points = np.asarray(points, dtype=float)
         if points.shape != self.points.shape:
             raise ValueError(
                 f"Outputs were computed at points of shape {points.shape}, the design has {self.points.shape}: "
                 "evaluate every point of this design."
             )
-        misplaced = np.flatnonzero((points != self.points).any(axis=1))
+        away = np.abs(points - self.points) / np.maximum(np.ptp(self.points, axis=0), np.abs(self.points).max(axis=0))
+        misplaced = np.flatnonzero(~(away <= TEXT_ROUNDING).all(axis=1))
+        if misplaced.size and np.nanmax(away) < COARSE_ROUNDING:
+            raise ValueError(
+                f"The points are the design's but for rounding by up to {np.nanmax(away):.1g} of an input's size: "
+                "write them with more digits, as with %.17g."
+            )
         if misplaced.size:
             raise ValueError(
                 f"Outputs do not belong to this design: {misplaced.size} points differ, first at row {misplaced[0]}; "
                 "keep the order of design.points."
             )
-        if outputs.ndim == 1:
-            outputs = outputs[:, np.newaxis]
-        if outputs.ndim != 2 or len(outputs) != self.n_evaluations:
-            raise ValueError(
-                f"Outputs have shape {outputs.shape} for {self.n_evaluations} points: give one row of outputs a point."
-            )
-        bad = np.count_nonzero(~np.isfinite(outputs).all(axis=1))
-        if bad:
-            raise ValueError(
-                f"The outputs at {bad} of {self.n_evaluations} points are not finite: "
-                "restrict the distribution to where the model has values."
-            )
-        names = tuple(output_names) if output_names else tuple(f"y{j}" for j in range(outputs.shape[1]))
-        if len(set(names)) != outputs.shape[1]:
-            raise ValueError(f"Output names are {names} for {outputs.shape[1]} outputs: give each a name of its own.")
-        constant = [name for name, column in zip(names, outputs.T, strict=True) if np.ptp(column) == 0.0]
-        if constant:
-            raise ValueError(f"Outputs {constant} do not vary over the design, so have no indices: leave them out.")
-        return EvaluatedDesign(self, names, outputs)
+        return EvaluatedDesign(self, *checked_outputs(outputs, self.points, output_names))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +111,22 @@ class EvaluatedDesign:
     design: Design
     output_names: tuple[str, ...]
     outputs: Array
+
+    def head(self, n: int) -> "EvaluatedDesign":
+        """The first n base rows by themselves, of each replicate its first part: what a smaller design would have been.
+
+        Raises:
+            ValueError: more rows than there are, or a number that the replicates do not share evenly.
+        """
+        design = self.design
+        rows, kept = design.n_base // design.replicates, n // design.replicates
+        if not 2 <= kept <= rows or kept * design.replicates != n:
+            raise ValueError(f"The first {n} of {design.n_base} rows in {design.replicates} replicates: give a part.")
+        shape = (len(design.redrawn), design.replicates, rows, -1)
+        points, outputs = (
+            array.reshape(shape)[:, :, :kept].reshape(-1, array.shape[1]) for array in (design.points, self.outputs)
+        )
+        return EvaluatedDesign(replace(design, points=points), self.output_names, outputs)
 
 
 def variance_design(
@@ -137,11 +146,10 @@ def variance_design(
     error of small first-order indices. A block that serves two factors is evaluated once.
 
     sampling "sobol": `replicates` independently scrambled Sobol sequences of n / replicates points, a power of two.
+    sampling "latin": `replicates` independent Latin hypercubes of n / replicates points.
     sampling "random": n independent rows; `replicates` is not used.
     """
-    names = distribution.names
-    if len(names) < 2:
-        raise ValueError(f"Indices share the variance out among at least two inputs, got {names}: add an input.")
+    names = _at_least_two(distribution)
     for group in groups:
         distribution.check_names(group)
         if not 1 <= len(set(group)) < len(names):
@@ -150,31 +158,51 @@ def variance_design(
     singles = [(name,) for name in names]
     factors = tuple(dict.fromkeys(factor for factor in (*singles, *in_order) if len(factor) < len(names)))
     rest = [distribution.complement(factor) for factor in factors]
-    redrawn = ((), *dict.fromkeys([*factors, *rest]), names)
+    return redrawn_design(distribution, factors, [*factors, *rest], n, sampling, replicates, seed)
 
-    if sampling == "random":
-        replicates = 1
-    u = _unit_numbers(n, 2 * len(names), sampling, replicates, seed)
+
+def redrawn_design(
+    distribution: Distribution,
+    factors: Sequence[Factor],
+    subsets: Sequence[Factor],
+    n: int,
+    sampling: Sampling,
+    replicates: int,
+    seed: int,
+) -> Design:
+    """The design whose blocks redraw the given subsets, and all inputs."""
+    names = distribution.names
+    redrawn = tuple(dict.fromkeys([(), *subsets, names]))
+    replicates = 1 if sampling == "random" else replicates
+    u = unit_numbers(n, 2 * len(names), sampling, replicates, seed)
     base = distribution.sample(u[:, : len(names)])
     points = np.concatenate([distribution.conditional(base, role, u[:, len(names) :]) for role in redrawn])
     points.flags.writeable = False
-    return Design(distribution, factors, redrawn, points, sampling, replicates, seed)
+    return Design(distribution, tuple(factors), redrawn, points, sampling, replicates, seed)
 
 
-def _unit_numbers(n: int, columns: int, sampling: str, replicates: int, seed: int) -> NDArray[np.float64]:
+def _at_least_two(distribution: Distribution) -> tuple[str, ...]:
+    names = distribution.names
+    if len(names) < 2:
+        raise ValueError(f"Indices share the variance out among at least two inputs, got {names}: add an input.")
+    return names
+
+
+def unit_numbers(n: int, columns: int, sampling: str, replicates: int, seed: int) -> NDArray[np.float64]:
     """Numbers in [0, 1), shape (n, columns), one replicate after the other."""
     if n < MIN_ROWS:
         raise ValueError(f"The base sample has {n} rows: give at least {MIN_ROWS}.")
     rng = np.random.default_rng(seed)
     if sampling == "random":
         return rng.random((n, columns))
-    if sampling != "sobol":
-        raise ValueError(f"Sampling is {sampling!r}: choose 'sobol' or 'random'.")
+    if sampling not in ("sobol", "latin"):
+        raise ValueError(f"Sampling is {sampling!r}: choose 'sobol', 'latin' or 'random'.")
     rows = n // replicates if replicates > 1 else 0
-    if rows < 2 or rows & (rows - 1) or rows * replicates != n:
+    if rows < 2 or rows * replicates != n or (sampling == "sobol" and rows & (rows - 1)):
         raise ValueError(
-            f"{n} rows in {replicates} replicates do not make Sobol sequences: "
-            "give at least 2 replicates, and for n their number times a power of two."
+            f"{n} rows in {replicates} replicates do not make {SEQUENCES[sampling]}: give at least 2 replicates, and "
+            f"for n their number times a {'power of two' if sampling == 'sobol' else 'whole number above 1'}."
         )
-    sequences = [qmc.Sobol(columns, scramble=True, rng=child) for child in rng.spawn(replicates)]
-    return np.concatenate([sequence.random(rows) for sequence in sequences])
+    make = qmc.Sobol if sampling == "sobol" else qmc.LatinHypercube
+    sequences = [make(columns, scramble=True, rng=child) for child in rng.spawn(replicates)]
+    return np.concatenate([sequence.random(rows) for sequence in sequences]).clip(0.0, 1.0 - 2.0**-53)

@@ -10,15 +10,19 @@ neither sign serves. An effect is no conditional expectation: it asks what happe
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
 from .distributions import Array, Distribution
-from .indices import Estimate
 from .outputs import checked_outputs, evaluate_in_chunks
+from .redraw_ratios import Estimate
+from .result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Scaling = Literal["range", "paper", "none"]
 _HALVINGS = 40
@@ -99,7 +103,7 @@ class EffectsDesign:
 
 
 @dataclass(frozen=True, eq=False)
-class ElementaryEffects:
+class ElementaryEffects(Result):
     """Mean, mean absolute and deviation of the effects (inputs, outputs), and the effects (r, inputs, outputs).
 
     Attributes:
@@ -118,10 +122,23 @@ class ElementaryEffects:
     sigma: Estimate
     confidence: float
 
+    kinds = ("mu", "mu_star", "sigma")
+
+    @property
+    def row_names(self) -> tuple[str, ...]:
+        """The inputs."""
+        return self.names
+
     @property
     def names(self) -> tuple[str, ...]:
         """The inputs."""
         return self.design.distribution.names
+
+    def plot(self, **options: Any) -> "Figure":
+        """The plane of mean and deviation (needs matplotlib); options as `plots.plot_effects`."""
+        from .plots import plot_effects
+
+        return plot_effects(self, **options)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain dictionaries and numbers, ready for JSON."""

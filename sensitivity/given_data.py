@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .distributions import Array
-from .indices import Estimate
 from .outputs import ROUNDING, checked_outputs
+from .redraw_ratios import Estimate
+from .result import Result
 
 LEAST_PER_BIN = 5
 
 
 @dataclass(frozen=True, eq=False)
-class GivenDataIndices:
+class GivenDataIndices(Result):
     """First-order indices (inputs, outputs) of a table, S = V[E(f | x_i)] / V(f).
 
     Attributes:
@@ -40,6 +41,13 @@ class GivenDataIndices:
     bias_corrected: Array
     bias_within: Array
     confidence: float
+
+    kinds = ("first",)
+
+    @property
+    def row_names(self) -> tuple[str, ...]:
+        """The inputs."""
+        return self.input_names
 
     def to_dict(self) -> dict[str, Any]:
         """Plain dictionaries and numbers, ready for JSON."""

@@ -13,16 +13,17 @@ from scipy import stats
 
 from .distributions import Array
 from .given_data import LEAST_PER_BIN, bin_edges, checked_table
-from .indices import Estimate
+from .redraw_ratios import Estimate
+from .result import Result
 
 
 @dataclass(frozen=True, eq=False)
-class PawnIndices:
+class PawnIndices(Result):
     """Moment-free indices (inputs, outputs): how far the distribution of the output moves when one input is known.
 
     Attributes:
         median, largest, mean: of the Kolmogorov-Smirnov distances between all outputs and those of each slice.
-        dummy: largest mean distance (outputs) of inputs that do nothing; below it an influence cannot be told from chance.
+        dummy: largest mean distance (outputs) of inputs that do nothing: below it, influence is chance.
     """
 
     input_names: tuple[str, ...]
@@ -33,6 +34,13 @@ class PawnIndices:
     mean: Estimate
     dummy: Array
     confidence: float
+
+    kinds = ("median", "largest", "mean")
+
+    @property
+    def row_names(self) -> tuple[str, ...]:
+        """The inputs."""
+        return self.input_names
 
     def to_dict(self) -> dict[str, Any]:
         """Plain dictionaries and numbers, ready for JSON."""

@@ -13,7 +13,7 @@ from gtm_fmu import dataset
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import writable_folder
-from sensitivity import plot_indices
+from sensitivity import plot_bars
 from study import comparisons, figures, published, report, survey_figures, surveys
 from study.emulator import RudderEmulator, train
 from study.family_figures import family_page, plot_family
@@ -76,7 +76,7 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
         with stage("Sensitivity") as advance:
             indices, without_envelope = comparisons.sensitivity_indices(emulator, seed)
             results["sensitivity"] = indices.to_dict() | {"without_envelope": without_envelope}
-            chart = plot_indices(
+            chart = plot_bars(
                 indices, published=published.VARIANCE_INDICES, published_label="paper", labels=figures.LABELS
             )
             save_figure(chart, output / "indices.png")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sensitivity import Distribution, OrderedUniform, Uniform, variance_design
+from sensitivity import Distribution, OrderedUniform, Uniform, variance_design, variance_indices
 
 DISTRIBUTION = Distribution([Uniform("h", 0, 1), Uniform("gamma", -5, 5), OrderedUniform(("LL", "UL"), -30, 30)])
 INDEPENDENT = Distribution([Uniform("x", 0, 1), Uniform("y", 0, 1), Uniform("z", 0, 1)])
@@ -90,12 +90,53 @@ def test_misaligned_outputs_are_refused():
 def test_outputs_without_indices_are_refused():
     design = variance_design(DISTRIBUTION, 64, replicates=2)
     y = model(design.points)
-    with pytest.raises(ValueError, match=r"Outputs \['flat'\] do not vary"):
+    with pytest.raises(ValueError, match="output flat does not vary"):
         design.attach(design.points, np.column_stack([y, np.ones_like(y)]), ["a", "flat"])
-    with pytest.raises(ValueError, match="3 of 768 points are not finite: restrict the distribution"):
+    with pytest.raises(ValueError, match="3 of 768 points are not finite, first at row 0, inputs"):
         design.attach(design.points, np.where(np.arange(768) < 3, np.nan, y))
     with pytest.raises(ValueError, match="give each a name of its own"):
         design.attach(design.points, np.column_stack([y, y]), ["a", "a"])
+
+
+@pytest.mark.parametrize(
+    ("outputs", "sentence"),
+    [
+        (lambda n: np.where(np.arange(n) % 2, 0.1 + 0.2, 0.3), "does not vary but for rounding"),
+        (lambda n: 1.0 + np.random.default_rng(0).integers(0, 2, n) * 2.2e-16, "does not vary but for rounding"),
+        (lambda n: 1e-200 * np.random.default_rng(0).random(n), "too small for its squares"),
+        (lambda n: 1e-320 * np.arange(n), "too small for its squares"),
+    ],
+)
+def test_rounding_noise_is_no_signal(outputs, sentence):
+    """A variance of 4e-33 is that of rounding; squares of 1e-200 are 0."""
+    design = variance_design(DISTRIBUTION, 64, replicates=2)
+    with pytest.raises(ValueError, match=sentence):
+        design.attach(design.points, outputs(design.n_evaluations))
+
+
+def test_small_outputs_have_indices():
+    design = variance_design(DISTRIBUTION, 64, replicates=2)
+    y = model(design.points)
+    small = design.attach(design.points, 1e-120 * y)
+    expected, found = (variance_indices(each).first.value for each in (design.attach(design.points, y), small))
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("digits", ["%.6g", "%.10g", "%.17g"])
+def test_points_that_went_through_a_text_file(digits):
+    design = variance_design(DISTRIBUTION, 64, replicates=2)
+    read = np.array([[float(digits % value) for value in row] for row in design.points])
+    assert design.attach(read, model(read)).design is design
+    coarse = np.array([[float(f"{value:.4g}") for value in row] for row in design.points])
+    with pytest.raises(ValueError, match=r"but for rounding by up to .* more digits"):
+        design.attach(coarse, model(coarse))
+
+
+def test_an_input_with_a_comma_and_a_group_have_keys_of_their_own():
+    distribution = Distribution([Uniform(name, 0, 1) for name in ("a", "b", "a,b")])
+    evaluated = variance_design(distribution, 64, replicates=2, groups=[("a", "b")]).evaluate(lambda x: x @ [1, 2, 3])
+    keys = list(variance_indices(evaluated).to_dict()["outputs"]["y0"]["indices"])
+    assert keys == ["a", "b", '"a,b"', "a,b"]
 
 
 @pytest.mark.parametrize(
@@ -105,7 +146,8 @@ def test_outputs_without_indices_are_refused():
         ({"n": 100, "replicates": 4}, "100 rows in 4 replicates do not make Sobol sequences"),
         ({"n": 64, "replicates": 1}, "at least 2 replicates"),
         ({"n": 64, "replicates": 0}, "at least 2 replicates"),
-        ({"n": 64, "sampling": "lhs"}, "choose 'sobol' or 'random'"),
+        ({"n": 64, "sampling": "lhs"}, "choose 'sobol', 'latin' or 'random'"),
+        ({"n": 64, "sampling": "latin", "replicates": 7}, "do not make Latin hypercubes"),
         ({"n": 64, "groups": [["V"]]}, "choose from h, gamma, LL, UL"),
         ({"n": 64, "groups": [["h", "gamma", "LL", "UL"]]}, "some, but not all"),
         ({"n": 64, "groups": [[]]}, "some, but not all"),
