@@ -107,7 +107,7 @@ def plot_effects(effects: "ElementaryEffects", *, labels: Mapping[str, str] | No
             )
         axes.set(xlabel=r"mean absolute effect $\mu^*$", ylabel=r"deviation $\sigma$", title=labels.get(output, output))
         axes.set_xlim(left=0.0)
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(0.0, max(axes.get_ylim()[1], 0.05 * float(effects.mu_star.upper[:, j].max())))  # rounding is none
         axes.spines[["top", "right"]].set_visible(False)
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside right upper", frameon=False)
