@@ -117,6 +117,18 @@ def test_recipe_of_the_page(built, headers, tmp_path):
     assert not names_of(tmp_path / "libGtmDynamicsNative.a") & names_of(tmp_path / "libGtmThrustMapNative.a")
 
 
+def test_shared_library_without_prefix(headers, tmp_path):
+    """What FMI{2,3}_OVERRIDE_FUNCTION_PREFIX is for: an importer makes a shared library of the sources."""
+    needs_binutils()
+    for fmi in (2, 3):
+        name = f"wing{fmi}"
+        path = build_model(MODELS["without deviations"], tmp_path / f"{name}.fmu", fmi)
+        sources = Path(fmpy.extract(path, tmp_path / name), "sources")
+        flags = ["-shared", "-fPIC", f"-DFMI{fmi}_OVERRIDE_FUNCTION_PREFIX", "-I.", f"-I{headers}"]
+        subprocess.run(["cc", *flags, *sources.glob("*.c"), "-lm", "-o", "wing.so"], cwd=sources, check=True)
+        assert {f"fmi{fmi}DoStep", f"{name}_instance_step"} < names_of(sources / "wing.so")
+
+
 def test_headers_are_the_importers():
     """FMI 2.0.5, 2.3, and FMI 3.0, 2.5.1: sources come without the standard's headers."""
     for name in ("dynamics-native", "dynamics-native3"):
