@@ -5,6 +5,7 @@
 #include "thrust_map.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "solver.h"
 
@@ -17,12 +18,14 @@ typedef struct {
     double slowest, fastest, speed[GTM_MAP_SPEEDS], thrust[GTM_MAP_SPEEDS], slope_below, slope_above;
 } curve;
 
+/* The map between deflections number j and j + 1. A deflection in it is given by w, its share of the way. */
 typedef struct {
     const gtm_thrust_map *map;
-    curve curves[GTM_MAP_DEFLECTIONS];
-} section;
+    double density, gamma;
+    long j;
+    curve a, b;
+} cell;
 
-/* A deflection: a share w of the way from number j to the next. */
 typedef struct {
     long j;
     double w;
@@ -49,19 +52,26 @@ static long cell_of(const gtm_thrust_map *map, double deflection)
     return j;
 }
 
-static void take_curve(const gtm_thrust_map *map, double density, double gamma, long j, curve *c)
+/* A row of the table at an altitude and path, the first `count` numbers of deflection j. */
+static void interpolate(const gtm_thrust_map *map, double density, double gamma, long j, long count, double *row)
 {
-    const long n = map->speeds, near = (n + 6) / 8;
-    *c = (curve){0};
+    for (long i = 0; i < count; i++) row[i] = 0;
     for (long k = 0; k < map->densities; k++)
         for (long l = 0; l < map->paths; l++) {
             const double weight =
                 lagrange(map->densities, map->density, k, density) * lagrange(map->paths, map->gamma, l, gamma);
-            const float *row = map->table + ((k * map->paths + l) * map->deflections + j) * (2 + n);
-            c->slowest += weight * row[0];
-            c->fastest += weight * row[1];
-            for (long i = 0; i < n; i++) c->thrust[i] += weight * row[2 + i];
+            const float *node = map->table + ((k * map->paths + l) * map->deflections + j) * (2 + map->speeds);
+            for (long i = 0; i < count; i++) row[i] += weight * node[i];
         }
+}
+
+static void take_curve(const gtm_thrust_map *map, double density, double gamma, long j, curve *c)
+{
+    const long n = map->speeds, near = (n + 6) / 8;
+    double row[2 + GTM_MAP_SPEEDS];
+    interpolate(map, density, gamma, j, 2 + n, row);
+    *c = (curve){.slowest = row[0], .fastest = row[1]};
+    memcpy(c->thrust, row + 2, (size_t)n * sizeof *row);
     for (long i = 0; i < n; i++) {
         const double root = (double)i / (double)(n - 1);
         c->speed[i] = c->slowest + (c->fastest - c->slowest) * root * root;
@@ -82,17 +92,16 @@ static double thrust_at(const gtm_thrust_map *map, const curve *c, double v)
     return c->thrust[i] + (c->thrust[i + 1] - c->thrust[i]) * (v - start) / (c->speed[i + 1] - start);
 }
 
-static double between(place at, double a, double b)
+static double between(double w, double a, double b)
 {
-    return (1 - at.w) * a + at.w * b;
+    return (1 - w) * a + w * b;
 }
 
 /* Excess over the thrust available at the slowest speed, or at the fastest. */
-static double excess(const section *s, place at, int is_fast, double available)
+static double excess(const cell *c, double w, int is_fast, double available)
 {
-    const curve *a = &s->curves[at.j], *b = a + 1;
-    const double v = is_fast ? between(at, a->fastest, b->fastest) : between(at, a->slowest, b->slowest);
-    return between(at, thrust_at(s->map, a, v), thrust_at(s->map, b, v)) - available;
+    const double v = is_fast ? between(w, c->a.fastest, c->b.fastest) : between(w, c->a.slowest, c->b.slowest);
+    return between(w, thrust_at(c->map, &c->a, v), thrust_at(c->map, &c->b, v)) - available;
 }
 
 /* Widen the ends by those of a curve through n points, the speeds rising. */
@@ -118,11 +127,12 @@ static void widen(ends *e, long n, const double *v, const double *thrust, double
     }
 }
 
-static void widen_by(ends *e, const section *s, place at, double available)
+static void widen_by(ends *e, const cell *c, double w, double available)
 {
-    const curve *a = &s->curves[at.w == 1 ? at.j + 1 : at.j], *b = &s->curves[at.w == 0 ? at.j : at.j + 1];
-    const double slowest = between(at, a->slowest, b->slowest), fastest = between(at, a->fastest, b->fastest);
-    const long speeds = s->map->speeds;
+    const curve *a = w == 1 ? &c->b : &c->a, *b = w == 0 ? &c->a : &c->b;
+    const double slowest = between(w, a->slowest, b->slowest), fastest = between(w, a->fastest, b->fastest);
+    const long speeds = c->map->speeds;
+    const place at = {c->j, w};
     double v[2 * GTM_MAP_SPEEDS + 2], thrust[2 * GTM_MAP_SPEEDS + 2];
     long n = 0;
     if (a == b) {
@@ -139,122 +149,135 @@ static void widen_by(ends *e, const section *s, place at, double available)
         if (v[n - 1] < next && next < fastest) v[n++] = next;
     }
     if (v[n - 1] < fastest) v[n++] = fastest;
-    for (long i = 0; i < n; i++) thrust[i] = between(at, thrust_at(s->map, a, v[i]), thrust_at(s->map, b, v[i]));
+    for (long i = 0; i < n; i++) thrust[i] = between(w, thrust_at(c->map, a, v[i]), thrust_at(c->map, b, v[i]));
     widen(e, n, v, thrust, available, at);
 }
 
 /* Where between two places of a cell an end of the range of speeds needs just the thrust available: at most once. */
-static void widen_by_root(ends *e, const section *s, long j, double from, double to, int is_fast, double available)
+static void widen_by_root(ends *e, const cell *c, double from, double to, int is_fast, double available)
 {
-    const int starts_inside = excess(s, (place){j, from}, is_fast, available) <= 0;
-    if (starts_inside == (excess(s, (place){j, to}, is_fast, available) <= 0)) return;
+    const int starts_inside = excess(c, from, is_fast, available) <= 0;
+    if (starts_inside == (excess(c, to, is_fast, available) <= 0)) return;
     double inside = starts_inside ? from : to, outside = starts_inside ? to : from;
     for (int k = 0; k < BISECTIONS; k++) {
         const double middle = 0.5 * (inside + outside);
-        if (excess(s, (place){j, middle}, is_fast, available) <= 0)
+        if (excess(c, middle, is_fast, available) <= 0)
             inside = middle;
         else
             outside = middle;
     }
-    widen_by(e, s, (place){j, inside}, available);
+    widen_by(e, c, inside, available);
 }
 
 /* The same where the excess is a parabola over the places: the roots to both sides of its vertex. */
-static void widen_by_parabola(ends *e, const section *s, long j, double from, double to, int is_fast, double available)
+static void widen_by_parabola(ends *e, const cell *c, double from, double to, int is_fast, double available)
 {
-    const double first = excess(s, (place){j, from}, is_fast, available);
-    const double middle = excess(s, (place){j, 0.5 * (from + to)}, is_fast, available);
-    const double last = excess(s, (place){j, to}, is_fast, available);
-    const double share = (3 * first - 4 * middle + last) / (4 * (first - 2 * middle + last));
-    const double vertex = share > 0 && share < 1 ? from + share * (to - from) : to;
-    widen_by_root(e, s, j, from, vertex, is_fast, available);
-    if (vertex != to) widen_by_root(e, s, j, vertex, to, is_fast, available);
+    const double first = excess(c, from, is_fast, available);
+    const double middle = excess(c, 0.5 * (from + to), is_fast, available);
+    const double last = excess(c, to, is_fast, available);
+    const double rise = 3 * first - 4 * middle + last, bend = 4 * (first - 2 * middle + last);
+    const int has_vertex = fabs(rise) < fabs(bend) && (rise > 0) == (bend > 0) && rise != 0; /* inside; no bend: none */
+    const double vertex = has_vertex ? from + rise / bend * (to - from) : to;
+    widen_by_root(e, c, from, vertex, is_fast, available);
+    if (vertex != to) widen_by_root(e, c, vertex, to, is_fast, available);
 }
 
 /* The same between any places of a cell. Along an end of the range of speeds the excess is a parabola between the
    tabulated speeds of the curve that reaches further; the other one goes on straight. */
-static void widen_by_crossings(ends *e, const section *s, long j, double from, double to, int is_fast, double available)
+static void widen_by_crossings(ends *e, const cell *c, double from, double to, int is_fast, double available)
 {
-    const curve *a = &s->curves[j], *b = a + 1;
-    const double end_a = is_fast ? a->fastest : a->slowest, end_b = is_fast ? b->fastest : b->slowest;
-    const curve *further = (end_a < end_b) == !is_fast ? a : b;
+    const double end_a = is_fast ? c->a.fastest : c->a.slowest, end_b = is_fast ? c->b.fastest : c->b.slowest;
+    const curve *further = (end_a < end_b) == !is_fast ? &c->a : &c->b;
+    const long speeds = end_a == end_b ? 0 : c->map->speeds; /* an end that stays passes none of them */
     double reached = end_a < end_b ? from : to;
     const double last = end_a < end_b ? to : from;
-    for (long i = 0; i < s->map->speeds && further->speed[i] < fmax(end_a, end_b); i++) {
+    for (long i = 0; i < speeds && further->speed[i] < fmax(end_a, end_b); i++) {
         const double w = (further->speed[i] - end_a) / (end_b - end_a);
         if (from < w && w < to) {
-            widen_by_parabola(e, s, j, reached, w, is_fast, available);
+            widen_by_parabola(e, c, reached, w, is_fast, available);
             reached = w;
         }
     }
-    widen_by_parabola(e, s, j, reached, last, is_fast, available);
+    widen_by_parabola(e, c, reached, last, is_fast, available);
 }
 
-/* Ends over all deflections lower .. upper. */
-static ends ends_over(const section *s, double lower, double upper, double available)
+/* Thrusts for which the ends are found: that available, and the tolerance more and less. */
+enum { EXACTLY, MORE, LESS, THRUSTS };
+
+/* Ends over all deflections lower .. upper, cell by cell. */
+static void find_ends(const gtm_thrust_map *map, double density, double gamma, double lower, double upper,
+                      const double available[THRUSTS], ends e[THRUSTS])
 {
-    const double *d = s->map->deflection;
-    ends e = {INFINITY, -INFINITY, -INFINITY, {0}, {0}};
-    long j = cell_of(s->map, lower);
-    double from = (lower - d[j]) / (d[j + 1] - d[j]);
-    widen_by(&e, s, (place){j, from}, available);
-    for (double reached = lower; reached < upper; j++, from = 0) {
-        reached = fmin(d[j + 1], upper);
-        const double to = (reached - d[j]) / (d[j + 1] - d[j]);
-        for (int is_fast = 0; is_fast < 2; is_fast++) widen_by_crossings(&e, s, j, from, to, is_fast, available);
-        widen_by(&e, s, (place){j, to}, available);
+    const double *d = map->deflection;
+    cell c = {.map = map, .j = cell_of(map, lower)};
+    take_curve(map, density, gamma, c.j, &c.a);
+    take_curve(map, density, gamma, c.j + 1, &c.b);
+    double from = (lower - d[c.j]) / (d[c.j + 1] - d[c.j]);
+    for (int k = 0; k < THRUSTS; k++) {
+        e[k] = (ends){.v_min = INFINITY, .v_max = -INFINITY, .spare = -INFINITY};
+        widen_by(&e[k], &c, from, available[k]);
     }
-    return e;
+    for (double reached = lower; reached < upper; from = 0) {
+        reached = fmin(d[c.j + 1], upper);
+        const double to = (reached - d[c.j]) / (d[c.j + 1] - d[c.j]);
+        for (int k = 0; k < THRUSTS; k++) {
+            for (int is_fast = 0; is_fast < 2; is_fast++)
+                widen_by_crossings(&e[k], &c, from, to, is_fast, available[k]);
+            widen_by(&e[k], &c, to, available[k]);
+        }
+        if (reached < upper) {
+            c.a = c.b;
+            c.j++;
+            take_curve(map, density, gamma, c.j + 1, &c.b);
+        }
+    }
 }
 
 /* Bend in kn of the slowest speed between two deflections. */
-static double deflection_bend(const section *s, place at)
+static double deflection_bend(const gtm_thrust_map *map, double density, double gamma, place at)
 {
-    double most = 0;
-    for (long j = at.j; j <= at.j + 1; j++) {
-        const curve *c = &s->curves[j];
-        if (j > 0 && j < s->map->deflections - 1)
-            most = fmax(most, fabs(c[-1].slowest - 2 * c->slowest + c[1].slowest));
-    }
+    double slowest[3], most = 0;
+    for (long j = at.j; j <= at.j + 1; j++)
+        if (j > 0 && j < map->deflections - 1) {
+            for (long k = 0; k < 3; k++) interpolate(map, density, gamma, j - 1 + k, 1, slowest + k);
+            most = fmax(most, fabs(slowest[0] - 2 * slowest[1] + slowest[2]));
+        }
     return 4 * at.w * (1 - at.w) * most;
 }
 
-/* Bend in kn of the curve of least thrust between two speeds. */
-static double speed_bend(const section *s, place at, double v)
+/* Bend in kn of the curve of least thrust between two speeds, at most `jump`. */
+static double speed_bend(const gtm_thrust_map *map, double density, double gamma, place at, double v)
 {
-    const gtm_thrust_map *map = s->map;
-    const curve *c = &s->curves[at.w < 0.5 ? at.j : at.j + 1];
+    curve c;
+    take_curve(map, density, gamma, at.w < 0.5 ? at.j : at.j + 1, &c);
+    if (!(c.slowest < c.fastest)) return jump;
     long i = 1;
-    while (i < map->speeds - 3 && v > c->speed[i + 1]) i++;
+    while (i < map->speeds - 3 && v > c.speed[i + 1]) i++;
     double slope[3];
     for (long k = 0; k < 3; k++)
-        slope[k] = (c->thrust[i + k] - c->thrust[i + k - 1]) / (c->speed[i + k] - c->speed[i + k - 1]);
-    const double step = c->speed[i + 1] - c->speed[i];
-    return fmax(fabs(slope[1] - slope[0]), fabs(slope[2] - slope[1])) * step / fabs(slope[1]);
+        slope[k] = (c.thrust[i + k] - c.thrust[i + k - 1]) / (c.speed[i + k] - c.speed[i + k - 1]);
+    const double most = fmax(fabs(slope[1] - slope[0]), fabs(slope[2] - slope[1])) * (c.speed[i + 1] - c.speed[i]);
+    return most < jump * fabs(slope[1]) ? most / fabs(slope[1]) : jump;
 }
 
 static gtm_map_envelope envelope_of(const gtm_thrust_map *map, const double *given)
 {
-    const double gamma = given[1], lower = given[2], upper = given[3];
+    const double gamma = given[1];
     const gtm_condition at = gtm_condition_at(given[0], 0);
     const double density = at.density / gtm_condition_at(0, 0).density, eas_per_tas = sqrt(density);
-    const double available = map->full_thrust * at.pressure_ratio;
-    const long first = cell_of(map, lower) - 1, last = cell_of(map, upper) + 2;
-    section s;
-    s.map = map;
-    for (long j = first < 0 ? 0 : first; j <= last && j < map->deflections; j++)
-        take_curve(map, density, gamma, j, &s.curves[j]);
+    const double full = map->full_thrust * at.pressure_ratio;
+    const double available[THRUSTS] = {full, full + map->tolerance, full - map->tolerance};
+    ends found[THRUSTS];
+    find_ends(map, density, gamma, given[2], given[3], available, found);
 
-    const ends e = ends_over(&s, lower, upper, available);
+    const ends e = found[EXACTLY], more = found[MORE], less = found[LESS];
     if (e.spare < 0) return (gtm_map_envelope){.spare_thrust = e.spare, .is_fold = -e.spare < map->tolerance};
-    const ends more = ends_over(&s, lower, upper, available + map->tolerance);
-    const ends less = ends_over(&s, lower, upper, available - map->tolerance);
     const double slow = 0.5 * (fmin(less.v_min, e.v_max) - more.v_min);
     const double fast = 0.5 * (more.v_max - fmax(less.v_max, e.v_min));
     const int is_fold = less.spare < 0 || 2 * fmax(slow, fast) > jump;
     const double share = is_fold ? 1 : 1 / map->tolerance_deviations;
-    const double slow_bend = map->bend_share * deflection_bend(&s, e.at_v_min);
-    const double fast_bend = map->bend_share * fmin(speed_bend(&s, e.at_v_max, e.v_max), jump);
+    const double slow_bend = map->bend_share * deflection_bend(map, density, gamma, e.at_v_min);
+    const double fast_bend = map->bend_share * speed_bend(map, density, gamma, e.at_v_max, e.v_max);
     return (gtm_map_envelope){
         .v_min = e.v_min / eas_per_tas,
         .v_max = e.v_max / eas_per_tas,
