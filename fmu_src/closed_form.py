@@ -72,10 +72,3 @@ class ClosedForm:
     def predict_std(self, inputs: Vector) -> Vector:
         """Standard deviations of the outputs."""
         return self._run("std", inputs)
-
-    def in_range(self, inputs: Vector, rounding: float) -> bool:
-        """Whether every input lies inside the ranges of the training data, but for a relative rounding."""
-        return all(
-            least - rounding * (greatest - least) <= value <= greatest + rounding * (greatest - least)
-            for value, (least, greatest) in zip(inputs, self.ranges, strict=True)
-        )

@@ -4,7 +4,7 @@ from math import isfinite
 from operator import mul, truediv
 from typing import NamedTuple
 
-from .slave import TableSlave
+from .slave import ROUNDING, TableSlave
 
 
 class Found(NamedTuple):
@@ -13,6 +13,16 @@ class Found(NamedTuple):
     speeds: list[float]
     feasible: bool
     in_domain: bool
+    fold: bool | None = None
+    """Where a model tells folds."""
+
+
+def is_inside(values: list[float], ranges: list[tuple[float, float]]) -> bool:
+    """Whether each value lies inside its range, but for a rounding relative to that."""
+    return all(
+        least - ROUNDING * (greatest - least) <= value <= greatest + ROUNDING * (greatest - least)
+        for value, (least, greatest) in zip(values, ranges, strict=True)
+    )
 
 
 class EnvelopeSlave(TableSlave):
@@ -46,6 +56,8 @@ class EnvelopeSlave(TableSlave):
             return "The outputs are not finite at these inputs."
         values[self.results] = results
         values[place["feasible"]], values[place["in_domain"]] = float(found.feasible), float(found.in_domain)
+        if found.fold is not None:
+            values[place["fold"]] = float(found.fold)
         values[place["margin.slow"]], values[place["margin.fast"]] = margins
         return None
 

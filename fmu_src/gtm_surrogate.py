@@ -1,8 +1,8 @@
 """The GtmSurrogate slave: the trained networks behind co-simulation. It runs in the Python of the host."""
 
 from .closed_form import ClosedForm
-from .envelope_slave import EnvelopeSlave, Found
-from .slave import ROUNDING, read_resource
+from .envelope_slave import EnvelopeSlave, Found, is_inside
+from .slave import read_resource
 
 
 def load_model(resources: str, name: str) -> ClosedForm:
@@ -24,4 +24,4 @@ class GtmSurrogate(EnvelopeSlave):
         v_min, v_max = speeds = self.speeds.predict(case)
         (t_min,) = self.throttle.predict(case)
         feasible = t_min <= self.full_throttle and v_min <= v_max
-        return Found(speeds + self.speeds.predict_std(case), feasible, self.speeds.in_range(case, ROUNDING))
+        return Found(speeds + self.speeds.predict_std(case), feasible, is_inside(case, self.speeds.ranges))

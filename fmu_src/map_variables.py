@@ -1,24 +1,30 @@
-"""The variables of GtmThrustMapNative: the interface of GtmSurrogate with the thrust map behind it; the map as C."""
+"""The variables of GtmSurrogate with the thrust map behind them; the map as C and as data."""
 
 from dataclasses import replace
+from json import dumps
+from pathlib import Path
 
 import numpy as np
 
 from fmu_src.description import ModelDescription
 from fmu_src.reference_results import Find
 from fmu_src.surrogate_variables import CASE, ENVELOPE, FLAGS, MARGINS, SPEED
+from gtm_fmu.errors import InputError
 from gtm_fmu.thrust_map import ThrustMap
 
+UNKNOWN_STD_KT = 1000.0
+"""Standard deviation where nobody knows it."""
 USAGE = (
     "V_min and V_max are the slowest and fastest true airspeed of a steady turn or straight flight at this altitude "
     "and flight-path angle with the rudder between rudder.lower and rudder.upper; equal limits are a jam. They are "
     "interpolated in a map of exact solutions. margin.slow and margin.fast say how far tas is inside.",
-    "The interface is that of GtmSurrogate and GtmEnvelope, so that one can take the other's place, and fold. Where "
-    "fold is true a small change of thrust makes a speed jump or decides whether there is an envelope: there ask the "
-    "exact GtmEnvelope. Where feasible is false there is no envelope, and the speeds are zero. Where in_domain is "
-    "false the case is outside the map, and the outputs are guesses.",
-    "Outputs follow the inputs at once, also in Initialization Mode. That takes microseconds for a jam, some tens of "
-    "them for a wide range, and 260 kB of stack.",
+    "The interface is that of GtmEnvelope, so that one can take the other's place, and fold. Where fold is true a small "
+    "change of thrust makes a speed jump or decides whether there is an envelope: there ask the exact GtmEnvelope. "
+    "Where feasible is false there is no envelope, and the speeds are zero. Where in_domain is false the case is "
+    "outside the map, the speeds are guesses, and how far they are off is not known: the standard deviations are "
+    f"{UNKNOWN_STD_KT:g} kn then, more than any speed.",
+    "Outputs follow the inputs at once, also in Initialization Mode. That takes microseconds for a jam and some tens of "
+    "them for a wide range.",
     "Values that are not finite or outside their bounds and reversed rudder limits are logged in one sentence; the "
     "step is discarded and all values stay as before it. No output is ever NaN.",
 )
@@ -28,8 +34,8 @@ FOLD = replace(
 _NUMBERS_A_LINE = 16
 
 
-def thrust_map_description(thrust_map: ThrustMap) -> ModelDescription:
-    """The description of GtmThrustMap with a map of the rudder."""
+def thrust_map_description(thrust_map: ThrustMap, name: str) -> ModelDescription:
+    """The description of an FMU with a map of the rudder."""
     feasible, in_domain = FLAGS
     domain = (thrust_map.altitude_ft, thrust_map.gamma_deg, thrust_map.deflection_deg, thrust_map.deflection_deg)
     lower, upper = ([float(end(values)) for values in domain] for end in (np.min, np.max))
@@ -38,7 +44,7 @@ def thrust_map_description(thrust_map: ThrustMap) -> ModelDescription:
         for variable, least, greatest in zip(CASE, lower, upper, strict=True)
     ]
     return ModelDescription(
-        name="GtmThrustMap",
+        name=name,
         title="Steady flight envelope of the GTM-T2 with a failed rudder, by its thrust map",
         groups={
             "case": tuple(replace(variable, bounded=True) for variable in CASE),
@@ -51,8 +57,30 @@ def thrust_map_description(thrust_map: ThrustMap) -> ModelDescription:
         stop_time=1.0,
         step_size=0.1,
         usage=(*USAGE, f"The map covers {', '.join(ranges)}."),
-        constants={"lower": lower, "upper": upper},
+        constants={"lower": lower, "upper": upper, "unknown_std_kt": UNKNOWN_STD_KT},
     )
+
+
+def read_map(path: Path | None) -> ThrustMap:
+    """A map of the rudder from a file, or the one that comes with the package.
+
+    Raises:
+        InputError: missing, damaged or of another control.
+    """
+    thrust_map = ThrustMap.load() if path is None else ThrustMap.load(path)
+    if thrust_map.control != "rudder":
+        raise InputError(f"'{path}' is a thrust map of the {thrust_map.control}: give one of the rudder.")
+    return thrust_map
+
+
+def map_resources(thrust_map: ThrustMap) -> dict[str, bytes]:
+    """The map as `mapped_surrogate` reads it: numbers as JSON, the table as little-endian single precision."""
+    numbers = {
+        "sizes": [*thrust_map.table.shape[:3], thrust_map.table.shape[3] - 2],
+        "arrays": [getattr(thrust_map, name).tolist() for name in ("density_ratio", "gamma_deg", "deflection_deg")],
+        "constants": [thrust_map.full_thrust_lbf, *thrust_map.tolerances],
+    }
+    return {"map.json": dumps(numbers).encode(), "map.f4": thrust_map.table.astype("<f4").tobytes()}
 
 
 def map_envelope(thrust_map: ThrustMap) -> Find:

@@ -176,7 +176,7 @@ def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
 
 
 def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
-    """GtmSurrogateNative in FMI 2.0 or GtmSurrogateNative3 in FMI 3.0."""
+    """GtmSurrogateNative in FMI 2.0 or GtmSurrogateNative3 in FMI 3.0: by a thrust map, or by two networks."""
     from fmu_src.envelope_variables import ENVELOPE_FAULTS
     from fmu_src.surrogate_variables import (
         DEFERRED_ENVELOPE,
@@ -186,6 +186,8 @@ def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
         surrogate_description,
     )
 
+    if is_map(networks):
+        return _mapped(fmi, networks, "GtmSurrogate")
     speeds, throttle = read_networks(networks)
     native = NativeModel(
         faults=ENVELOPE_FAULTS,
@@ -203,12 +205,20 @@ def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
 
 def thrust_map_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     """GtmThrustMapNative in FMI 2.0 or GtmThrustMapNative3 in FMI 3.0, with the map that comes with the package."""
-    from fmu_src.envelope_variables import ENVELOPE_FAULTS
-    from fmu_src.map_variables import map_envelope, map_source, thrust_map_description
-    from gtm_fmu.thrust_map import ThrustMap
-
     refuse_networks("thrust map", networks)
-    thrust_map = ThrustMap.load()
+    return _mapped(fmi, (), "GtmThrustMap")
+
+
+def is_map(files: Sequence[Path]) -> bool:
+    """Whether the files of a surrogate are a thrust map, or none, which is the map of the package; else networks."""
+    return len(files) < 2
+
+
+def _mapped(fmi: int, files: Sequence[Path], name: str) -> NativeContents:
+    from fmu_src.envelope_variables import ENVELOPE_FAULTS
+    from fmu_src.map_variables import map_envelope, map_source, read_map, thrust_map_description
+
+    thrust_map = read_map(next(iter(files), None))
     native = NativeModel(
         faults=ENVELOPE_FAULTS,
         native=("map_model.c", "stateless.c"),
@@ -216,7 +226,7 @@ def thrust_map_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
         written=map_source(thrust_map),
     )
     reference = partial(reference_envelopes, find=map_envelope(thrust_map))
-    return native.contents(thrust_map_description(thrust_map), fmi, reference)
+    return native.contents(thrust_map_description(thrust_map, name), fmi, reference)
 
 
 def aircraft_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:

@@ -10,7 +10,7 @@ import sys
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from json import dumps
 from pathlib import Path
@@ -24,8 +24,8 @@ from fmu_src.documentation import PROJECT, documentation, legal_texts
 from fmu_src.dynamics_variables import dynamics_description
 from fmu_src.fmi2_xml import write_fmi2
 from fmu_src.icon import icon_png
-from fmu_src.native_packaging import NATIVE_MODELS, refuse_networks
-from fmu_src.native_sources import standard_headers
+from fmu_src.native_packaging import NATIVE_MODELS, is_map, refuse_networks
+from fmu_src.native_sources import CORE, standard_headers
 from fmu_src.slave import TABLE_FILE, platform_folder
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
@@ -63,7 +63,7 @@ class Contents:
 
     @property
     def _code(self) -> dict[str, bytes]:
-        return {f"{name}.py": (SOURCES / f"{name}.py").read_bytes() for name in self.modules}
+        return {f"{name}.py": _source(name).read_bytes() for name in self.modules}
 
     @property
     def package(self) -> str:
@@ -86,6 +86,12 @@ class Contents:
         header = "".join(f'#define SLAVE_{name} "{value}"\n' for name, value in names.items())
         files = {path.name: path.read_bytes() for path in sorted((SOURCES / WRAPPER).glob("*.[ch]"))}
         return files | standard_headers(2) | {"fmu.h": header.encode()}
+
+
+def _source(module: str) -> Path:
+    """A module that runs inside FMUs: of this package, or of the core."""
+    own = SOURCES / f"{module}.py"
+    return own if own.exists() else CORE / own.name
 
 
 def dynamics_contents(networks: Sequence[Path]) -> Contents:
@@ -122,7 +128,16 @@ def _with_core(model: ModelDescription, *modules: str) -> Contents:
 
 
 def surrogate_contents(networks: Sequence[Path]) -> Contents:
-    """GtmSurrogate: the network of V_min and V_max, and that of t_min; pure Python, so for Windows too."""
+    """GtmSurrogate: a thrust map in the core of this platform; or the network of V_min and V_max, and that of t_min, in
+    pure Python, so for Windows too.
+    """
+    if is_map(networks):
+        from fmu_src.map_variables import map_resources, read_map, thrust_map_description
+
+        thrust_map = read_map(next(iter(networks), None))
+        modules = ("map_layout", "envelope_slave", "mapped_surrogate")
+        found = _with_core(thrust_map_description(thrust_map, "GtmSurrogate"), *modules)
+        return replace(found, resources=found.resources | map_resources(thrust_map))
     from fmu_src.surrogate_variables import NETWORKS, read_networks, surrogate_description
 
     speeds, throttle = read_networks(networks)
@@ -154,7 +169,8 @@ def build(
     Args:
         name: a key of `MODELS` or of `NATIVE_MODELS`.
         destination: folder of the FMU; made when missing.
-        networks: files of the trained networks that the FMU carries, where it uses any.
+        networks: for a surrogate, the files of two trained networks or the one of a thrust map; without any the
+            thrust map that comes with the package.
         all_platforms: for a native FMU, binaries for all platforms by Zig, not only for this one.
         progress: called with the number of platforms that are finished and of all.
 

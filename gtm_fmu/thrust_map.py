@@ -11,8 +11,13 @@ envelope is the union over the range, which the core finds exactly: wider limits
 """
 
 import ctypes
+import hashlib
 import json
+import lzma
+import struct
 import zipfile
+import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -23,14 +28,24 @@ from numpy.typing import ArrayLike
 
 from gtm_fmu import manoeuvre
 from gtm_fmu.core.library import address, library, rows
+from gtm_fmu.core.map_layout import RESULTS, CoreMap
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, Range
 from gtm_fmu.files import write_whole
 
 RUDDER_MAP = Path(str(files("gtm_fmu") / "data" / "rudder_thrust_map.npz"))
 """The map of the rudder that comes with the package."""
-FORMAT = "gtm_fmu.ThrustMap 1"
+FORMAT = "gtm_fmu.ThrustMap 2"
 MOST_DEFLECTIONS = MOST_SPEEDS = 128
+MOST_BYTES = 64_000_000
+"""Of all arrays of a file."""
+ARRAYS = (
+    *("altitude_ft", "density_ratio", "gamma_deg", "deflection_deg", "table"),
+    *("full_thrust_lbf", "tolerances"),
+)
+"""What a file holds beside its description."""
+_ARCHIVE = zipfile.BadZipFile, zlib.error, lzma.LZMAError, NotImplementedError, IndexError, AttributeError, struct.error
+"""What reading a damaged archive may end in."""
 
 
 class Tolerances(NamedTuple):
@@ -49,12 +64,42 @@ class Tolerances(NamedTuple):
     least_kt: float = 0.0075
 
 
+def checked_cases(cases: ArrayLike, control: str) -> np.ndarray:
+    """Cases (n, 4) of altitude in ft, gamma in deg, lower and upper limit of a control in deg, one behind the other.
+
+    Raises:
+        InputError: another shape, no numbers, or outside what is allowed.
+    """
+    try:
+        cases = np.atleast_2d(np.asarray(cases, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError(f"Cases {cases!r} are no numbers; give altitude, gamma, lower, upper limit.") from None
+    if cases.shape[-1] != 4:
+        raise InputError(f"Cases of the shape {cases.shape} were given; give altitude, gamma, lower, upper limit.")
+    cases = rows(cases, 4, "cases")
+    altitude, gamma, lower, upper = cases.T
+    manoeuvre.check_values("altitude in ft", altitude, manoeuvre.ALTITUDE_FT)
+    manoeuvre.check_values("gamma in deg", gamma, manoeuvre.GAMMA_DEG)
+    for limits in (lower, upper):
+        manoeuvre.check_values(f"{control} in deg", limits, WIDEST[f"{control}_deg"])
+    if (lower > upper).any():
+        raise InputError(f"{control} in deg: limits are reversed; give the lower one first.")
+    return cases
+
+
+def first_of(envelopes: NamedTuple) -> dict[str, Any]:
+    """The first of several envelopes by its names, ready for JSON: None where there is no number."""
+    values = {name: column[0].item() for name, column in envelopes._asdict().items()}
+    return {name: None if value != value else value for name, value in values.items()}
+
+
 class MapEnvelopes(NamedTuple):
     """Envelopes (n) by a map; without one the speeds and their standard deviations are NaN.
 
     Attributes:
         feasible: there is an envelope.
-        in_domain: altitude and flight path lie inside the map.
+        in_domain: altitude and flight path lie inside the map. Outside, the map goes on by its polynomials, and nobody
+            knows how far it is off: the standard deviations are NaN.
         fold: a small change of thrust makes an end jump, or the envelope begin or cease to exist: solve exactly here.
         spare_thrust_lbf: thrust left where the least is needed, at the tabulated deflections and both limits; below
             zero there is no envelope.
@@ -68,19 +113,6 @@ class MapEnvelopes(NamedTuple):
     in_domain: np.ndarray
     fold: np.ndarray
     spare_thrust_lbf: np.ndarray
-
-
-class _CoreMap(ctypes.Structure):
-    """``gtm_thrust_map`` of thrust_map.h."""
-
-    _fields_ = (
-        *((name, ctypes.c_long) for name in ("densities", "paths", "deflections", "speeds")),
-        *((name, ctypes.c_void_p) for name in ("density", "gamma", "deflection", "table")),
-        *((name, ctypes.c_double) for name in ("full_thrust", *Tolerances._fields)),
-    )
-
-
-_CORE_RESULTS = 6  # numbers of gtm_map_envelope
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +131,7 @@ class ThrustMap:
         provenance: how the map came about and its measured errors: anything that JSON can hold.
 
     Raises:
-        InputError: arrays that do not fit together.
+        InputError: arrays that do not fit together, or numbers that no map can hold.
     """
 
     control: str
@@ -118,12 +150,8 @@ class ThrustMap:
             array = np.array(getattr(self, name), dtype=dtype, order="C")
             array.setflags(write=False)
             object.__setattr__(self, name, array)
-        sizes = (len(self.density_ratio), len(self.gamma_deg), len(self.deflection_deg))
-        fits = self.table.ndim == 4 and self.table.shape[:3] == sizes
-        if not (fits and 2 <= sizes[2] <= MOST_DEFLECTIONS and 8 <= self.table.shape[3] - 2 <= MOST_SPEEDS):
-            raise InputError(f"A thrust map of {sizes} nodes cannot have a table of the shape {self.table.shape}.")
-        if not np.isfinite(self.table).all() or (np.diff(self.deflection_deg) <= 0).any():
-            raise InputError("A thrust map must hold finite numbers over rising deflections.")
+        object.__setattr__(self, "tolerances", Tolerances(*map(float, self.tolerances)))
+        _check(self)
 
     def predict(self, cases: ArrayLike) -> MapEnvelopes:
         """Envelopes of cases (n, 4): altitude in ft, gamma in deg, lower and upper limit of the control in deg.
@@ -131,18 +159,9 @@ class ThrustMap:
         Raises:
             InputError: altitude, flight path or limits outside what is allowed.
         """
-        cases = np.atleast_2d(np.asarray(cases, dtype=float))
-        if cases.shape[-1] != 4:
-            raise InputError(f"Cases of the shape {cases.shape} were given; give altitude, gamma, lower, upper limit.")
-        altitude, gamma, lower, upper = rows(cases, 4, "cases").T
-        manoeuvre.check_values("altitude in ft", altitude, manoeuvre.ALTITUDE_FT)
-        manoeuvre.check_values("gamma in deg", gamma, manoeuvre.GAMMA_DEG)
-        for limits in (lower, upper):
-            manoeuvre.check_values(f"{self.control} in deg", limits, WIDEST[f"{self.control}_deg"])
-        if (lower > upper).any():
-            raise InputError(f"{self.control} in deg: limits are reversed; give the lower one first.")
-        found = np.empty((len(cases), _CORE_RESULTS))
-        cases = np.ascontiguousarray(cases)
+        cases = checked_cases(cases, self.control)
+        altitude, gamma = cases[:, 0], cases[:, 1]
+        found = np.empty((len(cases), len(RESULTS)))
         library().gtm_map_envelopes(
             ctypes.byref(self._core()), ctypes.c_long(len(cases)), address(cases), address(found)
         )
@@ -150,6 +169,7 @@ class ThrustMap:
         v_min, v_max, v_min_std, v_max_std = np.where(feasible[:, None], found[:, :4], np.nan).T
         inside = (self.altitude_ft[0] <= altitude) & (altitude <= self.altitude_ft[1])
         inside &= (self.gamma_deg.min() <= gamma) & (gamma <= self.gamma_deg.max())
+        v_min_std, v_max_std = (np.where(inside, std, np.nan) for std in (v_min_std, v_max_std))
         return MapEnvelopes(
             v_min, v_max, v_min_std, v_max_std, feasible, inside, fold=found[:, 5] > 0, spare_thrust_lbf=found[:, 4]
         )
@@ -160,14 +180,12 @@ class ThrustMap:
         Raises:
             InputError: as `predict`.
         """
-        found = self.predict([[altitude_ft, gamma_deg, *limits_deg]])
-        values = {name: column[0].item() for name, column in found._asdict().items()}
-        return {name: None if value != value else value for name, value in values.items()}
+        return first_of(self.predict([[altitude_ft, gamma_deg, *limits_deg]]))
 
-    def _core(self) -> _CoreMap:
+    def _core(self) -> CoreMap:
         arrays = (self.density_ratio, self.gamma_deg, self.deflection_deg, self.table)
         sizes = (*self.table.shape[:3], self.table.shape[3] - 2)
-        return _CoreMap(*sizes, *(address(array) for array in arrays), self.full_thrust_lbf, *self.tolerances)
+        return CoreMap(*sizes, *(address(array) for array in arrays), self.full_thrust_lbf, *self.tolerances)
 
     def save(self, path: str | Path) -> Path:
         """Write the map to a file, in one piece or not at all.
@@ -177,20 +195,12 @@ class ThrustMap:
         """
         path = Path(path)
         described = {"format": FORMAT, "control": self.control, "provenance": self.provenance}
+        arrays = {name: np.asarray(getattr(self, name)) for name in ARRAYS}
+        text = json.dumps(described | {"checksum": _checksum(described, arrays)}, sort_keys=True, allow_nan=False)
 
         def write(draft: Path) -> None:
             with draft.open("wb") as file:  # NumPy would add an ending to a name
-                np.savez_compressed(
-                    file,
-                    described=json.dumps(described, sort_keys=True, allow_nan=False),
-                    altitude_ft=self.altitude_ft,
-                    density_ratio=self.density_ratio,
-                    gamma_deg=self.gamma_deg,
-                    deflection_deg=self.deflection_deg,
-                    table=self.table,
-                    full_thrust_lbf=self.full_thrust_lbf,
-                    tolerances=self.tolerances,
-                )
+                np.savez_compressed(file, described=text, **arrays)
 
         write_whole(path, write)
         return path
@@ -203,20 +213,70 @@ class ThrustMap:
             InputError: there is none, or it is damaged or foreign.
         """
         try:
+            with zipfile.ZipFile(path) as archive:
+                declared = sum(member.file_size for member in archive.infolist())
+            if declared > MOST_BYTES:
+                raise ValueError(f"it says that it holds {declared:.3g} bytes, {MOST_BYTES:.3g} at most are read")
             with np.load(path, allow_pickle=False) as content:
                 described = json.loads(str(content["described"]))
-                if described["format"] != FORMAT:
-                    raise ValueError(f"its format is {described['format']!r}, {FORMAT!r} is read")
-                lowest, highest = content["altitude_ft"].tolist()
-                arrays = {n: content[n] for n in ("density_ratio", "gamma_deg", "deflection_deg", "table")}
-                return cls(
-                    described["control"],
-                    (lowest, highest),
-                    **arrays,
-                    full_thrust_lbf=float(content["full_thrust_lbf"]),
-                    tolerances=Tolerances(*content["tolerances"].tolist()),
-                    provenance=described["provenance"],
-                )
-        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+                arrays = {name: content[name] for name in ARRAYS}
+            if described["format"] != FORMAT:
+                raise ValueError(f"its format is {described['format']!r}, {FORMAT!r} is read")
+            if described.pop("checksum") != _checksum(described, arrays):
+                raise ValueError("its checksum does not match its content")
+            lowest, highest = arrays.pop("altitude_ft").tolist()
+            full_thrust, tolerances = float(arrays.pop("full_thrust_lbf")), Tolerances(*arrays.pop("tolerances"))
+            return cls(
+                described["control"],
+                (lowest, highest),
+                **arrays,
+                full_thrust_lbf=full_thrust,
+                tolerances=tolerances,
+                provenance=described["provenance"],
+            )
+        except (OSError, ValueError, KeyError, TypeError, EOFError, MemoryError, RecursionError, *_ARCHIVE) as error:
             reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-            raise InputError(f"'{path}' is no readable thrust map ({reason}); make one with ThrustMap.save.") from None
+            text = " ".join(str(reason).split()).rstrip(".") or type(error).__name__
+            raise InputError(f"'{path}' is no readable thrust map ({text}); make one with ThrustMap.save.") from None
+
+
+def _check(thrust_map: ThrustMap) -> None:
+    """Refuse numbers that a map cannot hold.
+
+    Raises:
+        InputError: with what is wrong.
+    """
+    control, table = thrust_map.control, thrust_map.table
+    nodes = {name: getattr(thrust_map, name) for name in ("density_ratio", "gamma_deg", "deflection_deg")}
+    if f"{control}_deg" not in WIDEST:
+        raise InputError(f"A thrust map of the control {control!r} is not known.")
+    if (
+        any(axis.ndim != 1 for axis in nodes.values())
+        or table.ndim != 4
+        or table.shape[:3] != tuple(map(len, nodes.values()))
+    ):
+        shapes = ", ".join(str(axis.shape) for axis in nodes.values())
+        raise InputError(f"A thrust map of nodes {shapes} cannot have a table of the shape {table.shape}.")
+    _, _, deflections, numbers = table.shape
+    if not (2 <= deflections <= MOST_DEFLECTIONS and 8 <= numbers - 2 <= MOST_SPEEDS):
+        raise InputError(f"A thrust map cannot have {deflections} deflections and {numbers - 2} speeds.")
+    constants = [*thrust_map.altitude_ft, thrust_map.full_thrust_lbf, *thrust_map.tolerances]
+    for name, array in (*nodes.items(), ("table", table), ("constants", np.array(constants, dtype=float))):
+        if not np.isfinite(array).all():
+            raise InputError(f"A thrust map must hold finite numbers, but its {name} does not.")
+    for name, way in (("density_ratio", -1.0), ("gamma_deg", 1.0), ("deflection_deg", 1.0)):
+        if (way * np.diff(nodes[name]) <= 0).any():
+            raise InputError(f"The {name} of a thrust map must {'rise' if way > 0 else 'fall'} from node to node.")
+    if thrust_map.altitude_ft[0] > thrust_map.altitude_ft[1] or (table[..., 0] > table[..., 1]).any():
+        raise InputError("Altitudes or speeds of a thrust map are reversed: the lower one comes first.")
+    if thrust_map.full_thrust_lbf <= 0 or min(thrust_map.tolerances) < 0 or thrust_map.tolerances.thrust_deviations < 1:
+        raise InputError("The thrust and the tolerances of a thrust map must be positive, its deviations at least 1.")
+
+
+def _checksum(described: dict[str, Any], arrays: Mapping[str, Any]) -> str:
+    """Hash of what a file holds."""
+    digest = hashlib.sha256(json.dumps(described, sort_keys=True).encode())
+    for name in sorted(arrays):
+        array = np.asarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode() + array.tobytes())
+    return digest.hexdigest()

@@ -1,49 +1,52 @@
-"""The rudder emulator: V_min and V_max of a failed rudder without solving, from two small networks.
+"""Emulators of a failed rudder: V_min and V_max without solving, from two networks.
 
 One network gives V_min and V_max where an envelope exists. The other gives t_min, the least throttle of a steady
 manoeuvre; an envelope exists exactly when that is no more than full throttle, so t_min decides feasibility.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from gtm_fmu import manoeuvre
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import WIDEST, ControlLimits, Range
+from gtm_fmu.failures import WIDEST, Range
+from gtm_fmu.thrust_map import checked_cases, first_of
 from surrogate import Network
 
 if TYPE_CHECKING:  # not needed to predict
-    import xarray as xr
-
     from surrogate import Selection
 
 SPEEDS_FILE, THROTTLE_FILE = "rudder_speeds.json", "rudder_throttle.json"
+NETWORK, PAPER = (Path(str(files("study") / "data" / name)) for name in ("network", "paper"))
+"""Folders of the networks that come with the package: those of `rudder_networks`, and the paper's."""
 INPUTS = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
 SPEEDS = (("v_min_kt", "kt"), ("v_max_kt", "kt"))
 THROTTLE = (("t_min_pct", "%"),)
 FULL_THROTTLE_PCT = WIDEST["throttle_pct"][1]
+OFF_LATTICE = "off_lattice"
+"""Key of a network's provenance: its errors on the test set of `off_lattice`."""
 
 
-@dataclass(frozen=True)
-class Prediction:
-    """Emulated envelope of one case; without one the speeds and their standard deviations are None.
+class EmulatedEnvelopes(NamedTuple):
+    """Emulated envelopes (n); without one the speeds and their standard deviations are NaN.
 
     Attributes:
-        in_domain: the case lies inside the ranges that the networks were trained on.
+        in_domain: the case lies inside the ranges that the networks were trained on. Outside, nobody knows how far they
+            are off: the standard deviations are NaN.
     """
 
-    feasible: bool
-    in_domain: bool
-    v_min_kt: float | None
-    v_max_kt: float | None
-    v_min_std_kt: float | None
-    v_max_std_kt: float | None
-    t_min_pct: float
+    v_min_kt: np.ndarray
+    v_max_kt: np.ndarray
+    v_min_std_kt: np.ndarray
+    v_max_std_kt: np.ndarray
+    feasible: np.ndarray
+    in_domain: np.ndarray
+    t_min_pct: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -54,13 +57,13 @@ class RudderEmulator:
     throttle: Network
 
     @classmethod
-    def load(cls, folder: str | Path | None = None) -> "RudderEmulator":
-        """The networks of a study's folder, or by default those that come with the package.
+    def load(cls, folder: str | Path = NETWORK) -> "RudderEmulator":
+        """The networks of a folder, by default those of `rudder_networks` that come with the package.
 
         Raises:
             InputError: a file is missing, damaged or of another model.
         """
-        place = Path(str(files("study") / "data")) if folder is None else Path(folder)
+        place = Path(folder)
         try:
             networks = [Network.load(place / name) for name in (SPEEDS_FILE, THROTTLE_FILE)]
         except ValueError as error:
@@ -82,41 +85,50 @@ class RudderEmulator:
         except ValueError as error:
             raise InputError(str(error)) from None
 
-    def predict(self, altitude_ft: float, gamma_deg: float, rudder_deg: Range) -> Prediction:
-        """Emulated envelope with the rudder held inside ``rudder_deg`` (lower, upper).
+    def predict(self, cases: ArrayLike) -> EmulatedEnvelopes:
+        """Envelopes of cases (n, 4): altitude in ft, gamma in deg, lower and upper limit of the rudder in deg.
 
         Raises:
             InputError: altitude, flight path or rudder limits outside what is allowed.
         """
-        manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
-        manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
-        case = np.array([altitude_ft, gamma_deg, *ControlLimits(rudder_deg=rudder_deg).rudder_deg])
-        t_min = float(self.throttle.predict(case)[0])
-        v_min, v_max = self.speeds.predict(case).tolist()
-        v_min_std, v_max_std = self.speeds.predict_std(case).tolist()
-        feasible = t_min <= FULL_THROTTLE_PCT and v_min <= v_max
-        return Prediction(
-            feasible=feasible,
-            in_domain=bool(self.speeds.in_range(case)),
-            v_min_kt=v_min if feasible else None,
-            v_max_kt=v_max if feasible else None,
-            v_min_std_kt=v_min_std if feasible else None,
-            v_max_std_kt=v_max_std if feasible else None,
-            t_min_pct=t_min,
+        cases = checked_cases(cases, "rudder")
+        t_min = self.throttle.predict(cases)[:, 0]
+        v_min, v_max = self.speeds.predict(cases).T
+        feasible, inside = (t_min <= FULL_THROTTLE_PCT) & (v_min <= v_max), self.speeds.in_range(cases)
+        std = self.speeds.predict_std(cases).T if self.speeds.has_std else np.full((2, len(cases)), np.nan)
+        speeds = [np.where(feasible, speed, np.nan) for speed in (v_min, v_max)]
+        deviations = [np.where(feasible & inside, deviation, np.nan) for deviation in std]
+        return EmulatedEnvelopes(*speeds, *deviations, feasible, inside, t_min)
+
+    def predict_one(self, altitude_ft: float, gamma_deg: float, limits_deg: Range) -> dict[str, Any]:
+        """The same for one case, by the names of `EmulatedEnvelopes` and ready for JSON: None where there is no number.
+
+        Raises:
+            InputError: as `predict`.
+        """
+        return first_of(self.predict([[altitude_ft, gamma_deg, *limits_deg]]))
+
+    def with_provenance(self, **facts: Any) -> "RudderEmulator":
+        """The same with further facts in the provenance of both networks."""
+        return RudderEmulator(
+            *(replace(network, provenance=network.provenance | facts) for network in (self.speeds, self.throttle))
         )
 
 
+Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Inputs (n, 4), V_min and V_max (n, 2) in kt and t_min (n) in %; NaN where there is none."""
+
+
 def train(
-    data: "xr.Dataset", seed: int, progress: Callable[[int, int], None] | None = None, **options: Any
+    samples: Samples, seed: int, progress: Callable[[int, int], None] | None = None, **options: Any
 ) -> tuple["Selection", "Selection"]:
-    """Train both networks on a data set by the paper's protocol (Algorithm 1); options as in `select_network`.
+    """Train both networks by the paper's protocol (Algorithm 1); options as in `select_network`.
 
     The speeds are learnt on the feasible cases, as in the paper; t_min on all cases that have one.
     """
-    from gtm_fmu.dataset import samples
     from surrogate import select_network
 
-    X, V, t_min = samples(data)
+    X, V, t_min = samples
     feasible, has_t_min = np.isfinite(V).all(axis=1), np.isfinite(t_min)
     protocol = {"inputs": INPUTS, "seed": seed, **options}
 

@@ -29,6 +29,11 @@ def rudder_sets() -> dict[str, CaseTable]:
     }
 
 
+def further_cases() -> dict[str, CaseTable]:
+    """What the surrogates of the package are measured on beside the test set."""
+    return {"further_cases": case_table(cases=off_lattice.FURTHER_CASES, seed=off_lattice.FURTHER_SEED)}
+
+
 def other_sets(failure: str) -> dict[str, CaseTable]:
     """What models of another failure learn from, and are measured on: a third of each control's limits are jams."""
     controls, name = OTHER_FAILURES[failure], failure.replace(", ", "_").replace(" and ", "_")

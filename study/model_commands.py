@@ -157,7 +157,7 @@ def _predict_one(model: Any, at: list[str]) -> dict[str, Any]:
 def _results(model: Any, X: Any) -> tuple[Any, Any]:
     """Outputs and their standard deviations, None without."""
     try:
-        has_std = getattr(model, "posterior_factor", None) is not None
+        has_std = getattr(model, "has_std", False)
         return model.predict(X), model.predict_std(X) if has_std else None
     except ValueError as error:
         raise InputError(str(error)) from None

@@ -8,9 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.axes import limits_span, span
 from gtm_fmu.cases import CaseTable, Sampling
@@ -20,6 +21,8 @@ from gtm_fmu.failures import WIDEST
 CASES, SEED = 4096, 2026
 CALIBRATION_CASES, CALIBRATION_SEED = 1536, 7
 """Further cases, to choose the tolerances of a model by."""
+FURTHER_CASES, FURTHER_SEED = 4000, 2027
+"""Further cases, which no model was fitted, chosen or calibrated by."""
 ALTITUDE_FT, GAMMA_DEG = (0.0, 30000.0), (-5.0, 5.0)  # the paper's
 PARTS = ("restrictions", "jams", "all")
 FILE = Path(str(files("study") / "data" / "off_lattice.npz"))
@@ -39,6 +42,16 @@ def case_table(
         *(limits_span(control, *WIDEST[f"{control}_deg"], jam_share) for control in controls),
     )
     return CaseTable.sampled(axes, sampling, cases, seed)
+
+
+class Surrogate(Protocol):
+    """What gives V_min and V_max of a failed control without solving: a thrust map, or networks."""
+
+    def predict(self, cases: ArrayLike) -> Any:
+        """Envelopes of cases (n, 4): named arrays (n), as `thrust_map.MapEnvelopes` with or without ``fold``."""
+
+    def predict_one(self, altitude_ft: float, gamma_deg: float, limits_deg: tuple[float, float]) -> dict[str, Any]:
+        """The same for one case, None where there is no number."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +133,25 @@ def scores(truth: OffLattice, speeds_kt: np.ndarray, feasible: np.ndarray) -> di
         name: _scores(truth, part, compared & part, speeds_kt, feasible)
         for name, part in zip(PARTS, masks, strict=True)
         if (compared & part).any()
+    }
+
+
+def measured(surrogate: Surrogate, truth: OffLattice) -> dict[str, Any]:
+    """Scores of a surrogate, how many errors lie inside 95 % intervals, and what its warnings of folds are worth."""
+    found = surrogate.predict(truth.X)
+    speeds = np.column_stack([found.v_min_kt, found.v_max_kt])
+    known = truth.feasible & found.feasible
+    fold = getattr(found, "fold", np.zeros(len(known), dtype=bool))
+    error = np.abs(speeds - truth.speeds_kt)[known]
+    inside = error < 1.96 * np.column_stack([found.v_min_std_kt, found.v_max_std_kt])[known]
+    largest = error.max(axis=1)
+    worst = np.argsort(-largest)[:20]
+    return scores(truth, speeds, found.feasible) | {
+        "inside_95": float(inside.mean()),
+        "folds": int(fold.sum()),
+        "largest_without_fold_kt": float(largest[~fold[known]].max()),
+        "wrong_verdicts_flagged": int((fold & (found.feasible != truth.feasible)).sum()),
+        "worst_20_inside_95_or_fold": int((fold[known] | inside.all(axis=1))[worst].sum()),
     }
 
 

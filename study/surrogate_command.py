@@ -1,4 +1,6 @@
-"""The commands `gtm-fmu surrogates`, all surrogates measured off the lattice, and `gtm-fmu thrust-map`, the best."""
+"""The commands `gtm-fmu surrogates`, which measures all surrogates off the lattice, and `thrust-map` and `networks`,
+which make those of the package anew.
+"""
 
 import json
 from pathlib import Path
@@ -43,6 +45,41 @@ def surrogates(
     print(json.dumps(results, allow_nan=False) if as_json else f"{text}\nAll files are in {output}.")
 
 
+def networks(
+    output: Annotated[Path, typer.Option(help="Folder of the networks.")] = Path("build/networks"),
+    data: Annotated[Path, typer.Option(help="Folder of the exact cases, which are kept there.")] = Path(
+        "build/surrogates"
+    ),
+    device: Annotated[str, typer.Option(help="Where the networks are trained: cpu, cuda.")] = "cpu",
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
+) -> None:
+    """Train the rudder's networks anew, as they come with the package, and measure them off the lattice.
+
+    The exact cases take six minutes of processor time. Training takes two minutes of a graphics card (--device cuda),
+    and hours without one.
+    """
+    from functools import partial
+
+    from rich.console import Console
+
+    from study import off_lattice, rudder_networks
+    from study.cli import show
+    from study.failure_sets import solved
+    from study.files import writable_folder
+    from study.progress import stages
+
+    folder = writable_folder(output)
+    with stages(Console(stderr=True)) as stage:
+        with stage("Exact cases") as advance:
+            sets = solved(writable_folder(data), rudder_networks.tables(), advance)
+        with stage("Networks") as advance:
+            train = partial(rudder_networks.train_emulator, device=device, progress=advance)
+            emulator = train(sets["training_cases"], sets["calibration_cases"])
+    scores = off_lattice.measured(emulator, off_lattice.load())
+    emulator.with_provenance(off_lattice=scores).save(folder)
+    show({"output": str(output), **scores}, as_json, "Networks")
+
+
 def thrust_map(
     output: Annotated[Path, typer.Option(help="File of the map.")] = Path("build/rudder_thrust_map.npz"),
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; default one a core.")] = None,
@@ -61,13 +98,12 @@ def thrust_map(
     from study import off_lattice
     from study.cli import show
     from study.progress import stages
-    from study.surrogate_study import measured_map
 
     check_writable(output)
     kept = check_writable(output.with_name(f"{output.name}.unfinished.npz"))
     with stages(Console(stderr=True)) as stage, stage("Thrust map") as advance:
         solved = survey(Nodes(), progress=advance, workers=workers, kept=kept)
-    scores = measured_map(solved, off_lattice.load())
+    scores = off_lattice.measured(solved, off_lattice.load())
     parts = {part: scores[part] for part in off_lattice.PARTS}
     replace(solved, provenance=solved.provenance | {"off_lattice": parts}).save(output)
     show({"output": str(output), **scores}, as_json, "Thrust map")

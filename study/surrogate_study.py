@@ -31,11 +31,14 @@ from study.case_models import (
     support_vectors,
     surface_map,
 )
-from study.failure_sets import OTHER_FAILURES, other_sets, rudder_sets, solved
+from study.failure_sets import OTHER_FAILURES, further_cases, other_sets, rudder_sets, solved
 from study.files import write_text
-from study.off_lattice import OffLattice
+from study.off_lattice import OffLattice, measured
 from study.progress import Advance, stages
+from study.surrogates import SURROGATES, load_surrogate
 
+SHIPPED, SHIPPED_FURTHER = "package", "package, further cases"
+"""Parts of the results: the surrogates of the package on the test set, and on cases that nothing was chosen by."""
 RESULTS_FILE = "surrogates.json"
 SEARCHES_A_CASE = 3
 """V_min, V_max and t_min of a case are a search each, as is a thrust of a map."""
@@ -149,13 +152,21 @@ def _jobs(folder: Path, truth: OffLattice) -> dict[tuple[str, str], Callable[[Ad
         return _jam_curve(chosen(rudder_data(advance), name), truth)
 
     def thrust_map(advance: Advance) -> dict[str, Any]:
-        return measured_map(exact, truth) | {"searches": exact.provenance["solves"], "fit_s": 0.0}
+        return measured(exact, truth) | {"searches": exact.provenance["solves"], "fit_s": 0.0}
 
     def map_curve(advance: Advance) -> list[dict[str, Any]]:
-        return [measured_map(part, truth) | {"searches": searches} for searches, part in refinements(exact)]
+        return [measured(part, truth) | {"searches": searches} for searches, part in refinements(exact)]
+
+    def shipped(name: str, advance: Advance) -> dict[str, Any]:
+        return measured(load_surrogate(name), truth)
+
+    def shipped_further(name: str, advance: Advance) -> dict[str, Any]:
+        return measured(load_surrogate(name), solved(folder, further_cases(), advance)["further_cases"])
 
     exact = ThrustMap.load()
     jobs: dict[tuple[str, str], Callable[[Advance], Any]] = {("models", "thrust map"): thrust_map}
+    for part, measure in ((SHIPPED, shipped), (SHIPPED_FURTHER, shipped_further)):
+        jobs |= {(part, name): partial(measure, name) for name in SURROGATES}
     jobs |= {("models", name): partial(model, contender) for name, contender in contenders().items()}
     for solutions in SURFACE_SOLUTIONS:
         name = f"Gaussian process, {solutions} thrusts"
@@ -184,27 +195,11 @@ def _measured(contender: Contender, sets: Mapping[str, OffLattice], truth: OffLa
     return found | {"searches": SEARCHES_A_CASE * len(data.X), "fit_s": seconds}
 
 
-def measured_map(thrust_map: ThrustMap, truth: OffLattice) -> dict[str, Any]:
-    """Scores of a thrust map, how many errors lie inside 95 % intervals, and what its warnings are worth."""
-    found = thrust_map.predict(truth.X)
-    speeds = np.column_stack([found.v_min_kt, found.v_max_kt])
-    known = truth.feasible & found.feasible
-    error = np.abs(speeds - truth.speeds_kt)[known]
-    inside = error < 1.96 * np.column_stack([found.v_min_std_kt, found.v_max_std_kt])[known]
-    worst = np.argsort(-error.max(axis=1))[:20]
-    return off_lattice.scores(truth, speeds, found.feasible) | {
-        "inside_95": float(inside.mean()),
-        "folds": int(found.fold.sum()),
-        "wrong_verdicts_flagged": int((found.fold & (found.feasible != truth.feasible)).sum()),
-        "worst_20_inside_95_or_fold": int((found.fold[known] | inside.all(axis=1))[worst].sum()),
-    }
-
-
 def _surface(exact: ThrustMap, make: Estimator, solves: int, truth: OffLattice) -> dict[str, Any]:
     started = time.process_time()
     learnt = surface_map(exact, make, solves)
     seconds = time.process_time() - started
-    return measured_map(learnt, truth) | {"searches": solves, "fit_s": seconds}
+    return measured(learnt, truth) | {"searches": solves, "fit_s": seconds}
 
 
 def _jam_curve(sets: list[OffLattice], truth: OffLattice) -> list[dict[str, Any]]:

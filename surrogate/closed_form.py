@@ -42,7 +42,10 @@ def closed_form(model: Model, *, has_std: bool = True, has_short_factor: bool = 
     std = None
     if isinstance(model, Network):
         predict = _network(model)
-        if has_std and model.posterior_factor is not None and model.beta is not None:
+        if has_std and model.log_std is not None:
+            std = _network(model.log_std)
+            std.add(Apply(len(std.steps), "exp"))
+        elif has_std and model.posterior_factor is not None and model.beta is not None:
             factor = model.posterior_factor.astype(np.float32 if has_short_factor else float)
             std = _deviations(model, factor, model.beta)
     else:

@@ -37,6 +37,8 @@ class Network:
     """Evidence parameter of the errors on [-1, 1]: their variance is 1 / (2 beta). None: not estimated."""
     posterior_factor: Array | None = None
     """Upper triangular K (P, P): K'K is the posterior covariance of the parameters, as in `parameter_gradient`."""
+    log_std: Network | None = None
+    """A network over the same inputs: logarithms of the outputs' standard deviations, in the place of the posterior."""
     metrics: dict[str, float] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
     """How the network came about: anything that JSON can hold."""
@@ -65,8 +67,15 @@ class Network:
         if self.posterior_factor is not None:
             P = parameter_count(sizes)
             set_field("posterior_factor", checked("posterior_factor", self.posterior_factor, (P, P)))
+        if self.log_std is not None and (self.log_std.inputs, len(self.log_std.outputs)) != (self.inputs, m):
+            raise ValueError("the network of the deviations has other inputs or another number of outputs.")
         if self.beta is not None and not 0.0 < self.beta < np.inf:
             raise ValueError(f"beta of the network is {self.beta}, but must be positive and finite.")
+
+    @property
+    def has_std(self) -> bool:
+        """Whether it tells standard deviations."""
+        return self.log_std is not None or (self.beta is not None and self.posterior_factor is not None)
 
     @property
     def sizes(self) -> tuple[int, ...]:
@@ -94,12 +103,15 @@ class Network:
     def predict_std(self, X: ArrayLike) -> Array:
         """Standard deviation (..., m) of the outputs at X (..., d), in output units.
 
-        Its square is the noise variance 1 / (2 beta) plus g'K'K g, which the uncertain parameters add, with g the
-        gradient of the output with respect to them: MacKay's Gaussian approximation at the trained weights.
+        With a network of their logarithms, what that gives. Else its square is the noise variance 1 / (2 beta) plus
+        g'K'K g, which the uncertain parameters add, with g the gradient of the output with respect to them: MacKay's
+        Gaussian approximation at the trained weights.
 
         Raises:
             ValueError: the network was trained without Bayesian regularisation.
         """
+        if self.log_std is not None:
+            return np.exp(self.log_std.predict(X))
         if self.beta is None or self.posterior_factor is None:
             raise ValueError("the network has no posterior covariance: train it with Bayesian regularisation.")
         noise, factor = 0.5 / self.beta, self.posterior_factor

@@ -60,13 +60,19 @@ def _read(path: Path) -> Network | LocalModelNetwork:
     if not isinstance(content, dict) or document.get("checksum") != _checksum(content):
         raise ValueError(f"'{path}' is damaged, as its checksum does not match its content: save the model again.")
     try:
-        inputs, outputs = (tuple(Variable(*pair) for pair in content.pop(key)) for key in ("inputs", "outputs"))
-        if "partition" in content:
-            content["partition"] = _partition(content["partition"])
-        model: Network | LocalModelNetwork = FORMATS[document["format"]](inputs=inputs, outputs=outputs, **content)
+        model: Network | LocalModelNetwork = _model(FORMATS[document["format"]], content)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise ValueError(f"'{path}' holds a model that does not fit together ({error}): save it again.") from error
     return model
+
+
+def _model(kind: Any, content: dict[str, Any]) -> Any:
+    inputs, outputs = (tuple(Variable(*pair) for pair in content.pop(key)) for key in ("inputs", "outputs"))
+    if "partition" in content:
+        content["partition"] = _partition(content["partition"])
+    if content.get("log_std"):
+        content["log_std"] = _model(Network, content["log_std"])
+    return kind(inputs=inputs, outputs=outputs, **content)
 
 
 def _partition(content: dict[str, Any]) -> Partition:

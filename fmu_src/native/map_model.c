@@ -36,9 +36,10 @@ int model_outputs(const double x[], const double u[], const double values[], dou
     gtm_map_envelopes(&map, 1, asked, &found);
     y[OUT(V_MIN)] = found.v_min;
     y[OUT(V_MAX)] = found.v_max;
-    y[OUT(V_MIN_STD)] = found.v_min_std;
-    y[OUT(V_MAX_STD)] = found.v_max_std;
     y[OUT(FEASIBLE)] = found.spare_thrust >= 0;
+    const int is_known = y[OUT(IN_DOMAIN)] || !y[OUT(FEASIBLE)];
+    y[OUT(V_MIN_STD)] = is_known ? found.v_min_std : model_unknown_std_kt[0];
+    y[OUT(V_MAX_STD)] = is_known ? found.v_max_std : model_unknown_std_kt[0];
     y[OUT(MARGIN_SLOW)] = u[IN(TAS)] - found.v_min;
     y[OUT(MARGIN_FAST)] = found.v_max - u[IN(TAS)];
     y[OUT(FOLD)] = found.is_fold;

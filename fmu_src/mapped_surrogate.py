@@ -1,0 +1,42 @@
+"""The GtmSurrogate slave: the thrust map behind co-simulation. It runs in the Python of the host."""
+
+import ctypes
+from pathlib import Path
+
+from .core_library import load_core
+from .envelope_slave import EnvelopeSlave, Found, is_inside
+from .map_layout import RESULTS, CoreMap
+from .slave import read_resource
+
+RUDDER = slice(2, 4)  # of a case
+
+
+class GtmSurrogate(EnvelopeSlave):
+    """V_min and V_max of a failed rudder by a map of exact solutions; an envelope exists where thrust is to spare."""
+
+    def __init__(self, **kwargs):
+        """Load the core and the map."""
+        super().__init__(**kwargs)
+        real = ctypes.c_double
+        self.solve = load_core(self.resources, "GtmSurrogate").gtm_map_envelopes
+        numbers = read_resource(self.resources, "map.json")
+        table = Path(self.resources, "map.f4").read_bytes()
+        self.arrays = [(real * len(array))(*array) for array in numbers["arrays"]]
+        self.arrays.append((ctypes.c_float * (len(table) // 4)).from_buffer_copy(table))
+        self.map = CoreMap(*numbers["sizes"], *map(ctypes.addressof, self.arrays), *numbers["constants"])
+        constants = self.table["constants"]
+        self.ranges = list(zip(constants["lower"], constants["upper"], strict=True))
+        self.unknown = constants["unknown_std_kt"]
+        self.asked, self.answer = (real * len(self.ranges))(), (real * len(RESULTS))()
+
+    def find(self, case: list[float]) -> Found:
+        """The interpolated envelope; a limit of the rudder may be a rounding beyond the map's deflections."""
+        in_domain = is_inside(case, self.ranges)
+        rudder = [min(max(v, least), most) for v, (least, most) in zip(case[RUDDER], self.ranges[RUDDER], strict=True)]
+        self.asked[:] = [*case[: RUDDER.start], *rudder]
+        self.solve(ctypes.byref(self.map), ctypes.c_long(1), self.asked, self.answer)
+        *speeds, spare, fold = self.answer
+        feasible = spare >= 0
+        if feasible and not in_domain:
+            speeds[2:] = [self.unknown] * 2
+        return Found(speeds, feasible, in_domain, fold > 0)
