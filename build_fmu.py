@@ -5,6 +5,7 @@ import sys
 
 from gtm_fmu.errors import InputError
 from study.fmus import MODELS, NATIVE_MODELS, build_fmu
+from study.model_commands import MODEL_HELP
 
 
 def main() -> int:
@@ -12,7 +13,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", choices=[*MODELS, *NATIVE_MODELS, "all"], help="the FMU to build")
     parser.add_argument("-o", "--output", default=".", metavar="DIR", help="folder of the FMU (default: here)")
-    parser.add_argument("-n", "--networks", metavar="DIR", help="folder of a study, for the networks of the surrogate")
+    parser.add_argument("-m", "--model", help=f"the surrogate: {MODEL_HELP}")
     parser.add_argument(
         "--all-platforms", action="store_true", help="binaries of a native FMU for all platforms, by Zig"
     )
@@ -21,7 +22,7 @@ def main() -> int:
     try:
         for name in names:
             everywhere = arguments.all_platforms and (name in NATIVE_MODELS or arguments.name != "all")
-            print(build_fmu(name, arguments.output, arguments.networks, all_platforms=everywhere))
+            print(build_fmu(name, arguments.output, arguments.model, all_platforms=everywhere))
     except InputError as error:
         print(error, file=sys.stderr)
         return 2

@@ -25,7 +25,7 @@ from sklearn.neural_network import MLPRegressor
 from table import row, write
 
 from gtm_fmu.client import FmuClient
-from study.emulator import RudderEmulator
+from study.emulator import PAPER, SPEEDS_FILE, RudderEmulator
 from study.fmus import build_fmu
 from surrogate import Network
 from surrogate.c_source import c_header, c_source
@@ -154,7 +154,7 @@ def loading_milliseconds(code: str) -> float:
 
 
 def main() -> None:
-    network = RudderEmulator.load().speeds
+    network = RudderEmulator.load(PAPER).speeds
     X = np.random.default_rng(0).uniform(*network.input_ranges.T, (BATCH, 4))
     X_p, few = to_symmetric(X, network.input_ranges), X[:100]
     one_thread = onnxruntime.SessionOptions()
@@ -206,8 +206,7 @@ def main() -> None:
     add("FMU through FMPy: five inputs, speeds and margins", 1e6 * through, "us", "FMPy's floor", 1e6 * floor)
     add("the same with standard deviations", 1e6 * through_std, "us", "FMPy's floor", 1e6 * floor_std)
     add("the same with standard deviations", 1e6 * through_std, "us", "FMU of pythonfmu", 1e6 * slave)
-    path = Path(str(sys.modules[RudderEmulator.__module__].__file__)).with_name("data") / "rudder_speeds.json"
-    ready = f"from surrogate import load_model; load_model({str(path)!r}).predict([0, 0, -9, 9])"
+    ready = f"from surrogate import load_model; load_model({str(PAPER / SPEEDS_FILE)!r}).predict([0, 0, -9, 9])"
     numpy_ms, all_ms = loading_milliseconds("import numpy"), loading_milliseconds(ready)
     add("Import, load and first case, NumPy's import included", all_ms, "ms", "NumPy's import alone", numpy_ms)
     write("emulator", rows)

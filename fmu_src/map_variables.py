@@ -18,13 +18,13 @@ USAGE = (
     "V_min and V_max are the slowest and fastest true airspeed of a steady turn or straight flight at this altitude "
     "and flight-path angle with the rudder between rudder.lower and rudder.upper; equal limits are a jam. They are "
     "interpolated in a map of exact solutions. margin.slow and margin.fast say how far tas is inside.",
-    "The interface is that of GtmEnvelope, so that one can take the other's place, and fold. Where fold is true a small "
-    "change of thrust makes a speed jump or decides whether there is an envelope: there ask the exact GtmEnvelope. "
-    "Where feasible is false there is no envelope, and the speeds are zero. Where in_domain is false the case is "
-    "outside the map, the speeds are guesses, and how far they are off is not known: the standard deviations are "
-    f"{UNKNOWN_STD_KT:g} kn then, more than any speed.",
-    "Outputs follow the inputs at once, also in Initialization Mode. That takes microseconds for a jam and some tens of "
-    "them for a wide range.",
+    "The interface is that of GtmEnvelope, so that one can take the other's place, and fold. Where fold is true a "
+    "small change of thrust makes a speed jump or decides whether there is an envelope: there ask the exact "
+    "GtmEnvelope. Where feasible is false there is no envelope, and the speeds are zero. Where in_domain is false the "
+    "case is outside the map and the speeds are guesses. Nobody knows how far they are off: the standard deviations "
+    f"are {UNKNOWN_STD_KT:g} kn then, more than any speed.",
+    "Outputs follow the inputs at once, also in Initialization Mode. That takes microseconds for a jam and some tens "
+    "of them for a wide range.",
     "Values that are not finite or outside their bounds and reversed rudder limits are logged in one sentence; the "
     "step is discarded and all values stay as before it. No output is ever NaN.",
 )

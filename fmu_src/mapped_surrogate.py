@@ -21,9 +21,10 @@ class GtmSurrogate(EnvelopeSlave):
         self.solve = load_core(self.resources, "GtmSurrogate").gtm_map_envelopes
         numbers = read_resource(self.resources, "map.json")
         table = Path(self.resources, "map.f4").read_bytes()
-        self.arrays = [(real * len(array))(*array) for array in numbers["arrays"]]
-        self.arrays.append((ctypes.c_float * (len(table) // 4)).from_buffer_copy(table))
-        self.map = CoreMap(*numbers["sizes"], *map(ctypes.addressof, self.arrays), *numbers["constants"])
+        self.nodes = [(real * len(array))(*array) for array in numbers["arrays"]]
+        self.thrusts = (ctypes.c_float * (len(table) // 4)).from_buffer_copy(table)
+        places = [ctypes.addressof(array) for array in self.nodes] + [ctypes.addressof(self.thrusts)]
+        self.map = CoreMap(*numbers["sizes"], *places, *numbers["constants"])
         constants = self.table["constants"]
         self.ranges = list(zip(constants["lower"], constants["upper"], strict=True))
         self.unknown = constants["unknown_std_kt"]

@@ -128,7 +128,7 @@ def read_networks(paths: Sequence[Path]) -> list[Network]:
         if (network.inputs, network.outputs) != (inputs, outputs):
             names = ", ".join(name for name, _ in outputs)
             raise InputError(f"'{path}' is not a network of {names} over {', '.join(name for name, _ in inputs)}.")
-        if not network.has_std:
+        if not (found or network.has_std):  # of the speeds
             raise InputError(f"'{path}' tells no standard deviation: train it with Bayesian regularisation.")
         found.append(network)
     return found

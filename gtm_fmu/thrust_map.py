@@ -30,7 +30,7 @@ from gtm_fmu import manoeuvre
 from gtm_fmu.core.library import address, library, rows
 from gtm_fmu.core.map_layout import RESULTS, CoreMap
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import WIDEST, Range
+from gtm_fmu.failures import WIDEST, ControlLimits, Range
 from gtm_fmu.files import write_whole
 
 RUDDER_MAP = Path(str(files("gtm_fmu") / "data" / "rudder_thrust_map.npz"))
@@ -85,6 +85,18 @@ def checked_cases(cases: ArrayLike, control: str) -> np.ndarray:
     if (lower > upper).any():
         raise InputError(f"{control} in deg: limits are reversed; give the lower one first.")
     return cases
+
+
+def checked_case(altitude_ft: float, gamma_deg: float, limits_deg: Range, control: str) -> list[float]:
+    """One case as a row of `checked_cases`.
+
+    Raises:
+        InputError: as there.
+    """
+    manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
+    manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
+    name = f"{control}_deg"
+    return [altitude_ft, gamma_deg, *getattr(ControlLimits(**{name: limits_deg}), name)]
 
 
 def first_of(envelopes: NamedTuple) -> dict[str, Any]:
@@ -180,7 +192,7 @@ class ThrustMap:
         Raises:
             InputError: as `predict`.
         """
-        return first_of(self.predict([[altitude_ft, gamma_deg, *limits_deg]]))
+        return first_of(self.predict([checked_case(altitude_ft, gamma_deg, limits_deg, self.control)]))
 
     def _core(self) -> CoreMap:
         arrays = (self.density_ratio, self.gamma_deg, self.deflection_deg, self.table)
@@ -200,7 +212,7 @@ class ThrustMap:
 
         def write(draft: Path) -> None:
             with draft.open("wb") as file:  # NumPy would add an ending to a name
-                np.savez_compressed(file, described=text, **arrays)
+                np.savez_compressed(file, allow_pickle=False, described=np.asarray(text), **arrays)
 
         write_whole(path, write)
         return path

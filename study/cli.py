@@ -19,10 +19,10 @@ from study.command import Commands
 from study.dataset_command import dataset
 from study.files import check_picture
 from study.map_command import maps
-from study.model_commands import export, predict, train
+from study.model_commands import MODEL_HELP, export, predict, train
 from study.options import ASKED, FAILURE, Pair, given_failure, pair, takes
 from study.protocol_command import protocol
-from study.surrogate_command import surrogates, thrust_map
+from study.surrogate_command import networks, surrogates, thrust_map
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
 
@@ -246,31 +246,31 @@ def envelope(
     show(values if as_json else envelope_rows(found, values), as_json, "Envelope")
 
 
-@app.command(epilog=example("build dynamics surrogate --output build/fmu"))
+@app.command(epilog=example("build dynamics-native surrogate-native --output build/fmu"))
 def build(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            help="dynamics, aircraft, envelope, surrogate; in C with -native (FMI 2.0), -native3 (FMI 3.0): "
-            "these and thrust-map-native."
+            help="dynamics, aircraft, envelope, surrogate with -native (FMI 2.0 in C) or -native3 (FMI 3.0 in C), or "
+            "alone (Python inside); thrust-map-native."
         ),
     ] = None,
     output: Annotated[Path, typer.Option(help="Folder of the FMUs.")] = Path("build/fmu"),
-    model: Annotated[Path | None, typer.Option(help="Folder of a study, for the surrogate's networks.")] = None,
+    model: Annotated[str | None, typer.Option(metavar="NAME|FILE|FOLDER", help=f"The surrogate: {MODEL_HELP}")] = None,
     all_platforms: Annotated[
         bool, typer.Option("--all-platforms", help="Native FMUs for every platform; needs the extra 'cross'.")
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Build FMUs; without names dynamics, aircraft, envelope and surrogate.
+    """Build FMUs; without names dynamics-native, aircraft-native, envelope-native and surrogate-native.
 
-    Those are FMI 2.0 co-simulation and need a Python in the importing tool. The native ones need none, and all but the
-    aircraft do model exchange too: dynamics-native, aircraft-native and so on, and each with a 3 at the end.
+    Those run anywhere, and all but the aircraft do model exchange too. With a 3 at the end they are FMI 3.0. Without
+    -native they are FMI 2.0 co-simulation and need a Python in the importing tool.
     """
     from study.fmus import MODELS, build_fmu
     from study.progress import stages
 
-    names = names or list(MODELS)
+    names = names or [f"{name}-native" for name in MODELS]
     if model is not None and not any(name.startswith("surrogate") for name in names):
         raise InputError(f"--model {model} is for the surrogate FMU, which is not built; leave it out.")
     paths = []
@@ -304,6 +304,7 @@ app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-d
 app.command(epilog=example("export wing.json --fmu --output wing.fmu"))(export)
 app.command(epilog=example("surrogates --only 'thrust map'"))(surrogates)
 app.command(epilog=example("protocol --output build/protocol --splits 5"))(protocol)
+app.command(epilog=example("networks --output build/networks --device cuda"))(networks)
 app.command("thrust-map", epilog=example("thrust-map --output build/rudder_thrust_map.npz"))(thrust_map)
 app.command(epilog=example("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2"))(dataset)
 

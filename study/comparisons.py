@@ -1,6 +1,6 @@
 """Numbers of the study: every method held against another that answers the same question."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from gtm_fmu.family import EnvelopeFamily, envelope_family
 from gtm_fmu.trim import FmuTrimmer
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 from study.emulator import FULL_THROTTLE_PCT, INPUTS, SPEEDS, RudderEmulator
+from study.off_lattice import Surrogate
 from study.progress import Advance
 from surrogate import Selection
 
@@ -108,10 +109,10 @@ def compare_emulator(emulator: RudderEmulator, data: xr.Dataset, seed: int, adva
         lower, upper = np.sort(rng.uniform(*WIDEST["rudder_deg"], 2)).tolist()
         rudder_deg: Range = (lower, lower if k % 2 else upper)
         exact = FlightCondition(altitude_ft, gamma_deg).envelope(rudder_deg)
-        emulated = emulator.predict(altitude_ft, gamma_deg, rudder_deg)
-        agreed += exact.feasible == emulated.feasible
+        emulated = emulator.predict_one(altitude_ft, gamma_deg, rudder_deg)
+        agreed += exact.feasible == emulated["feasible"]
         if exact.feasible:
-            errors.append(_speeds(emulated) - _speeds(exact))
+            errors.append(_speeds(emulated) - _speeds(exact.to_dict()))
         advance(k + 1, OFF_LATTICE_CASES + 1)
     error = np.array(errors)
     known = np.isfinite(error).all(axis=1)
@@ -128,34 +129,37 @@ def compare_emulator(emulator: RudderEmulator, data: xr.Dataset, seed: int, adva
     return EmulatorTruth(scores, _speeds_over_jams(emulator))
 
 
-def _speeds(envelope) -> np.ndarray:
+def _speeds(envelope: Mapping[str, Any]) -> np.ndarray:
     """(V_min, V_max) in kn of an exact or emulated envelope, NaN without one."""
-    return np.array([envelope.v_min_kt, envelope.v_max_kt], dtype=float)
+    return np.array([envelope["v_min_kt"], envelope["v_max_kt"]], dtype=float)
 
 
 def _speeds_over_jams(emulator: RudderEmulator) -> SpeedsOverJams:
     deflections = np.arange(WIDEST["rudder_deg"][0], WIDEST["rudder_deg"][1] + 1).tolist()
     condition = FlightCondition(*JAM_CONDITION)
-    exact = [_speeds(condition.envelope((deflection, deflection))) for deflection in deflections]
-    emulated = [_speeds(emulator.predict(*JAM_CONDITION, (deflection, deflection))) for deflection in deflections]
+    exact = [_speeds(condition.envelope((deflection, deflection)).to_dict()) for deflection in deflections]
+    emulated = [_speeds(emulator.predict_one(*JAM_CONDITION, (deflection, deflection))) for deflection in deflections]
     return SpeedsOverJams(*JAM_CONDITION, deflections, np.array(exact), np.array(emulated))
 
 
-def compare_surrogate_fmu(fmu: Path, emulator: RudderEmulator, seed: int) -> dict[str, Any]:
-    """The surrogate's FMU through FMPy against the emulator it carries."""
+def compare_surrogate_fmu(fmu: Path, surrogate: Surrogate, seed: int) -> dict[str, Any]:
+    """The surrogate's FMU through FMPy against what it carries."""
     rng = np.random.default_rng(seed + 2)
     inputs = ("altitude", "gamma", "rudder.lower", "rudder.upper")
-    largest, cases = 0.0, 50
+    largest, agreed, cases = 0.0, 0, 50
     with FmuClient(fmu) as client:
         for _ in range(cases):
             altitude_ft, gamma_deg = rng.uniform((0.0, -5.0), (30000.0, 5.0))
-            rudder_deg = np.sort(rng.uniform(*WIDEST["rudder_deg"], 2))
-            si = np.array([altitude_ft * M_PER_FT, gamma_deg * RAD_PER_DEG, *(rudder_deg * RAD_PER_DEG)])
+            lower, upper = np.sort(rng.uniform(*WIDEST["rudder_deg"], 2)).tolist()
+            si = np.array([altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, lower, upper))])
             client.set(inputs, si)
             speeds_kt = np.asarray(client.get(("v_min", "v_max"))) / M_S_PER_KT
-            expected = emulator.speeds.predict([altitude_ft, gamma_deg, *rudder_deg])
-            largest = max(largest, float(np.abs(speeds_kt - expected).max()))
-    return {"cases": cases, "largest_difference_kt": largest}
+            found = surrogate.predict_one(altitude_ft, gamma_deg, (lower, upper))
+            if fmu_finds := client.get_boolean("feasible"):
+                expected = _speeds(found)
+                largest = max(largest, float(np.abs(speeds_kt - expected).max()))
+            agreed += fmu_finds == found["feasible"]
+    return {"cases": cases, "same_verdict": agreed, "largest_difference_kt": largest}
 
 
 def sensitivity_indices(emulator: RudderEmulator, seed: int) -> tuple[sensitivity.VarianceIndices, float]:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, Range
-from gtm_fmu.thrust_map import checked_cases, first_of
+from gtm_fmu.thrust_map import checked_case, checked_cases, first_of
 from surrogate import Network
 
 if TYPE_CHECKING:  # not needed to predict
@@ -96,9 +96,9 @@ class RudderEmulator:
         v_min, v_max = self.speeds.predict(cases).T
         feasible, inside = (t_min <= FULL_THROTTLE_PCT) & (v_min <= v_max), self.speeds.in_range(cases)
         std = self.speeds.predict_std(cases).T if self.speeds.has_std else np.full((2, len(cases)), np.nan)
-        speeds = [np.where(feasible, speed, np.nan) for speed in (v_min, v_max)]
-        deviations = [np.where(feasible & inside, deviation, np.nan) for deviation in std]
-        return EmulatedEnvelopes(*speeds, *deviations, feasible, inside, t_min)
+        v_min, v_max = np.where(feasible, (v_min, v_max), np.nan)
+        v_min_std, v_max_std = np.where(feasible & inside, std, np.nan)
+        return EmulatedEnvelopes(v_min, v_max, v_min_std, v_max_std, feasible, inside, t_min)
 
     def predict_one(self, altitude_ft: float, gamma_deg: float, limits_deg: Range) -> dict[str, Any]:
         """The same for one case, by the names of `EmulatedEnvelopes` and ready for JSON: None where there is no number.
@@ -106,7 +106,7 @@ class RudderEmulator:
         Raises:
             InputError: as `predict`.
         """
-        return first_of(self.predict([[altitude_ft, gamma_deg, *limits_deg]]))
+        return first_of(self.predict([checked_case(altitude_ft, gamma_deg, limits_deg, "rudder")]))
 
     def with_provenance(self, **facts: Any) -> "RudderEmulator":
         """The same with further facts in the provenance of both networks."""

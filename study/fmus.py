@@ -1,11 +1,11 @@
-"""The FMUs of the study, with the networks that the surrogate carries."""
+"""The FMUs of the study, with what the surrogate carries."""
 
 from collections.abc import Callable
-from importlib.resources import files
 from pathlib import Path
 
 from fmu_src.packaging import MODELS, NATIVE_MODELS, build
-from study.emulator import SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
+from study.model_commands import DEFAULT
+from study.surrogates import surrogate_files
 
 __all__ = ["MODELS", "NATIVE_MODELS", "build_fmu"]
 
@@ -13,7 +13,7 @@ __all__ = ["MODELS", "NATIVE_MODELS", "build_fmu"]
 def build_fmu(
     name: str,
     output: str | Path,
-    networks: str | Path | None = None,
+    surrogate: str | Path | None = None,
     all_platforms: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
@@ -21,15 +21,13 @@ def build_fmu(
 
     Args:
         name: a key of `MODELS` or of `NATIVE_MODELS`.
-        networks: folder with the surrogate's networks; default: those that come with the package.
+        surrogate: a key of `surrogates.SURROGATES`, the file of a thrust map or the folder of two networks; default the
+            thrust map that comes with the package. Other FMUs take no notice of it.
         all_platforms: a native FMU for all platforms, not only for this one.
         progress: called with the number of platforms that are finished and of all.
 
     Raises:
-        InputError: an unknown name, networks missing or damaged, or a folder that cannot be written.
+        InputError: an unknown name, a surrogate missing or damaged, or a folder that cannot be written.
     """
-    if not name.startswith("surrogate"):
-        return build(name, output, all_platforms=all_platforms, progress=progress)
-    folder = Path(str(files("study") / "data")) if networks is None else Path(networks)
-    RudderEmulator.load(folder)
-    return build(name, output, [folder / SPEEDS_FILE, folder / THROTTLE_FILE], all_platforms, progress)
+    files = surrogate_files(str(surrogate or DEFAULT)) if name.startswith("surrogate") else []
+    return build(name, output, files, all_platforms, progress)

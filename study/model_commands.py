@@ -1,7 +1,6 @@
 """The commands `gtm-fmu train`, `predict` and `export`: models of the aircraft's data and of any other."""
 
 import re
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,6 +9,9 @@ from rich.console import Console
 
 from gtm_fmu.errors import InputError
 
+MODEL_HELP = "thrust-map (default), network, paper (its 4-10-2 network), FILE of a thrust map, FOLDER of two networks."
+DEFAULT = "thrust-map"
+"""The surrogate that answers where none is named; see `study.surrogates`."""
 Pair = tuple[float, float]
 Method = Literal["br", "lm", "lolimot", "hilomot"]
 
@@ -86,50 +88,67 @@ def predict(
     rudder_deg: Annotated[
         Pair | None, typer.Option(metavar="LOWER UPPER", help="Equal values are a jam; default -30 30.")
     ] = None,
-    model: Annotated[Path | None, typer.Option(help="Folder of a study; default: the networks of the package.")] = None,
-    thrust_map: Annotated[
-        bool, typer.Option("--thrust-map", help="By the thrust map, the most exact emulator, not by networks.")
-    ] = False,
+    model: Annotated[str | None, typer.Option(metavar="NAME|FILE|FOLDER", help=MODEL_HELP)] = None,
     at: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="An input of MODEL; for each one.")] = None,
-    data: Annotated[Path | None, typer.Option(help="Table with the inputs of MODEL, in the place of --at.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Table of cases, in the place of one case.")] = None,
     output: Annotated[Path | None, typer.Option(help="Table for its outputs: .csv or .parquet.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
-    """Lowest and highest speed by the trained networks; or the outputs of a model of your own.
+    """Lowest and highest speed that a failed rudder leaves, by the thrust map; or the outputs of a model of your own.
 
-    A model of your own is asked for one case by --at, or for a whole table by --data and --output.
+    One case is given by its options, for a model of your own by --at. A whole table is given by --data and --output;
+    its columns are the model's inputs, or altitude_ft, gamma_deg, rudder_lower_deg and rudder_upper_deg.
     """
-    from study.cli import show
-
-    if model_file is None:
-        if altitude_ft is None:
-            raise InputError("Missing option '--altitude-ft'; see `gtm-fmu predict --help`.")
-        if at or data or output:
-            raise InputError("--at, --data and --output are for a model of your own: give its file, or leave them out.")
-        case = altitude_ft, gamma_deg or 0.0, rudder_deg or (-30.0, 30.0)
-        if thrust_map:
-            if model is not None:
-                raise InputError(f"--model {model} is a folder of networks; leave it out with --thrust-map.")
-            from gtm_fmu.thrust_map import ThrustMap
-
-            found = ThrustMap.load().predict_one(*case)
-            show(found, as_json, "Envelope by the thrust map")
-            return
-        from study.emulator import RudderEmulator
-
-        envelope = RudderEmulator.load(model).predict(*case)
-        show(asdict(envelope), as_json, "Predicted envelope")
-        return
-    if thrust_map or any(value is not None for value in (altitude_ft, gamma_deg, rudder_deg, model)):
+    condition = any(value is not None for value in (altitude_ft, gamma_deg, rudder_deg))
+    if model_file is not None and (condition or model is not None):
         given = f"Got unexpected extra argument ({model_file}) beside a flight condition"
         raise InputError(f"{given}: give the condition alone, or the file of a model and --at.")
-    own = load(model_file)
-    if data is None and output is None:
-        show(_predict_one(own, at or []), as_json, "Prediction")
-    elif at or data is None or output is None:
-        raise InputError("A table is predicted into another: give --data and --output, and no --at.")
+    if (data is None) != (output is None) or (data is not None and (at or condition)):
+        raise InputError("A table is predicted into another: give --data and --output, and no single case.")
+    if model_file is not None:
+        return _ask_own(load(model_file), at or [], data, output, as_json)
+    if at:
+        raise InputError("--at is for a model of your own: give its file, or leave --at out.")
+    if altitude_ft is None and data is None:
+        raise InputError("Missing option '--altitude-ft'; see `gtm-fmu predict --help`.")
+    case = altitude_ft or 0.0, gamma_deg or 0.0, rudder_deg or (-30.0, 30.0)
+    _ask_surrogate(model or DEFAULT, case, data, output, as_json)
+
+
+def _ask_own(model: Any, at: list[str], data: Path | None, output: Path | None, as_json: bool) -> None:
+    from study.cli import show
+
+    if data is None or output is None:
+        show(_predict_one(model, at), as_json, "Prediction")
     else:
-        show({"output": str(output), "rows": _predict_table(own, data, output)}, as_json, "Predictions")
+        show({"output": str(output), "rows": _predict_table(model, data, output)}, as_json, "Predictions")
+
+
+def _ask_surrogate(
+    name: str, case: tuple[float, float, Pair], data: Path | None, output: Path | None, as_json: bool
+) -> None:
+    """By a surrogate of a failed rudder, with what is known of its errors."""
+    from study.cli import show
+    from study.surrogates import load_surrogate, measured_errors
+
+    surrogate = load_surrogate(name)
+    if data is None or output is None:
+        facts: dict[str, Any] = surrogate.predict_one(*case)
+    else:
+        facts = {"output": str(output), "rows": _envelopes_of_table(surrogate, data, output)}
+    show({"model": name, **facts, "measured": measured_errors(surrogate)}, as_json, f"Envelope by {name}")
+
+
+def _envelopes_of_table(surrogate: Any, data: Path, output: Path) -> int:
+    from study.emulator import INPUTS
+    from study.samples import columns, read_table, write_table
+
+    table, _ = read_table(data)
+    found = surrogate.predict(columns(table, [name for name, _ in INPUTS], data))._asdict()
+    for name, values in found.items():
+        table[f"{name}_predicted" if name in table else name] = values
+    write_table(table, output)
+    return len(table)
 
 
 def _predict_one(model: Any, at: list[str]) -> dict[str, Any]:

@@ -62,10 +62,10 @@ def networks(
 
     from rich.console import Console
 
+    from gtm_fmu.files import writable_folder
     from study import off_lattice, rudder_networks
     from study.cli import show
     from study.failure_sets import solved
-    from study.files import writable_folder
     from study.progress import stages
 
     folder = writable_folder(output)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.thrust_map import MapEnvelopes, ThrustMap
 from gtm_fmu.thrust_survey import gross_thrust_lbf, thrust_curve
-from study.emulator import FULL_THROTTLE_PCT, RudderEmulator
+from study.emulator import FULL_THROTTLE_PCT, PAPER, RudderEmulator
 from study.progress import Advance
 
 GOAL_MSE = 2.5e-5
@@ -54,12 +54,12 @@ class FoldCut:
 
 
 def fold_cut(advance: Advance) -> FoldCut:
-    """V_max at `FOLD` by the exact solver, the thrust map and the two networks of the package."""
+    """V_max at `FOLD` by the exact solver, the thrust map and the paper's networks."""
     altitude_ft, jam = FOLD
-    emulator, exact, network = RudderEmulator.load(), [], []
+    emulator, exact, network = RudderEmulator.load(PAPER), [], []
     for k, gamma_deg in enumerate(FOLD_GAMMAS_DEG):
         exact.append(FlightCondition(altitude_ft, gamma_deg).envelope((jam, jam)).v_max_kt)
-        network.append(emulator.predict(altitude_ft, gamma_deg, (jam, jam)).v_max_kt)
+        network.append(emulator.predict_one(altitude_ft, gamma_deg, (jam, jam))["v_max_kt"])
         advance(k + 1, len(FOLD_GAMMAS_DEG))
     gammas = np.array(FOLD_GAMMAS_DEG)
     cases = np.column_stack([np.full(gammas.size, altitude_ft), gammas, np.full((gammas.size, 2), jam)])
@@ -73,7 +73,7 @@ def plot_fold(cut: FoldCut) -> Figure:
     figure = Figure(figsize=(7.5, 4.5), layout="constrained")
     axes = figure.add_subplot()
     mapped = cut.mapped
-    axes.plot(cut.gammas_deg, cut.network_kt, color="C1", label="networks on the lattice")
+    axes.plot(cut.gammas_deg, cut.network_kt, color="C1", label="the paper's networks, on the lattice")
     axes.errorbar(
         cut.gammas_deg, mapped.v_max_kt, 1.96 * mapped.v_max_std_kt, color="C0", label="thrust map, 95 %", capsize=2
     )

@@ -17,6 +17,10 @@ _HEADS = (
     "fit, s",
 )
 
+_SHIPPED_HEADS = ("model", *_HEADS[2:-1], "95 % intervals hold")
+SHIPPED, SHIPPED_FURTHER = "package", "package, further cases"
+"""Parts of the results: the surrogates of the package on the test set, and on cases that nothing was chosen by."""
+
 
 def markdown(results: Mapping[str, Any]) -> str:
     """Tables of all models of a failed rudder, of the curves, and of other failures, as far as there are results."""
@@ -25,6 +29,13 @@ def markdown(results: Mapping[str, Any]) -> str:
         ordered = sorted(models.items(), key=lambda item: -item[1]["all"]["mse"])
         rows = [(name, *_cells(model), f"{model['fit_s']:.1f}") for name, model in ordered]
         text += f"{table(_HEADS, rows)}\n"
+    for part, cases in (
+        (SHIPPED, "the test set"),
+        (SHIPPED_FURTHER, "further cases, used for nothing else"),
+    ):
+        if shipped := results.get(part):
+            rows = [(name, *_cells(model)[1:], f"{model['inside_95']:.1%}") for name, model in shipped.items()]
+            text += f"## Those of the package, on {cases}\n\n{table(_SHIPPED_HEADS, rows)}\n"
     if curves := results.get("curves"):
         rows = [(name, *_cells(point), "-") for name, points in curves.items() for point in points]
         text += f"## Error by the number of searches\n\n{table(_HEADS, rows)}\n"

@@ -35,10 +35,9 @@ from study.failure_sets import OTHER_FAILURES, further_cases, other_sets, rudder
 from study.files import write_text
 from study.off_lattice import OffLattice, measured
 from study.progress import Advance, stages
+from study.surrogate_report import SHIPPED, SHIPPED_FURTHER
 from study.surrogates import SURROGATES, load_surrogate
 
-SHIPPED, SHIPPED_FURTHER = "package", "package, further cases"
-"""Parts of the results: the surrogates of the package on the test set, and on cases that nothing was chosen by."""
 RESULTS_FILE = "surrogates.json"
 SEARCHES_A_CASE = 3
 """V_min, V_max and t_min of a case are a search each, as is a thrust of a map."""

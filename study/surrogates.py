@@ -2,18 +2,14 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from gtm_fmu.errors import InputError
 from gtm_fmu.thrust_map import RUDDER_MAP, ThrustMap
 from study.emulator import NETWORK, PAPER, SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
+from study.model_commands import DEFAULT
 
-DEFAULT = "thrust-map"
 SURROGATES: Mapping[str, Path] = {DEFAULT: RUDDER_MAP, "network": NETWORK, "paper": PAPER}
 """Where the surrogates of the package are, by their names."""
-HELP = (
-    "thrust-map, network, paper (its network, far off between its lattice's nodes), FILE of a map, FOLDER of networks."
-)
 
 
 def surrogate_path(model: str) -> Path:
@@ -25,9 +21,7 @@ def surrogate_path(model: str) -> Path:
     path = SURROGATES.get(model, Path(model))
     if not path.exists():
         names = ", ".join(SURROGATES)
-        raise InputError(
-            f"--model was given as '{model}': give {names}, the file of a thrust map or a networks' folder."
-        )
+        raise InputError(f"--model was given as '{model}': give {names}, a thrust map's file or a folder of networks.")
     return path
 
 
@@ -59,8 +53,8 @@ def surrogate_files(model: str = DEFAULT) -> list[Path]:
 
 def measured_errors(surrogate: ThrustMap | RudderEmulator) -> str | None:
     """One sentence on the errors that were measured on exact cases off the lattice, where they are known."""
-    is_map = isinstance(surrogate, ThrustMap)
-    scores: dict[str, Any] | None = (surrogate if is_map else surrogate.speeds).provenance.get("off_lattice")
+    provenance = surrogate.provenance if isinstance(surrogate, ThrustMap) else surrogate.speeds.provenance
+    scores = provenance.get("off_lattice")
     if not scores:
         return None
     whole = scores["all"]

@@ -1,6 +1,9 @@
 """The thrust map against closed forms, brute force over turn rates, exact envelopes, and its own promises."""
 
+import io
 import json
+import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -263,6 +266,70 @@ def test_a_file_gives_the_same_map_back(rudder, tmp_path):
     assert np.array_equal(again.table, rudder.table)
     assert (again.tolerances, again.provenance) == (rudder.tolerances, rudder.provenance)
     assert [path.name for path in tmp_path.iterdir()] == ["map.npz"]
+
+
+def rewritten(path, **changed) -> None:
+    """The shipped map with some arrays changed, as a file; the checksum is that of the whole one."""
+    with np.load(RUDDER_MAP) as content:
+        np.savez(path, **{name: content[name] for name in content} | changed)
+
+
+@pytest.mark.parametrize("name", ["altitude_ft", "density_ratio", "gamma_deg", "deflection_deg", "table", "tolerances"])
+@pytest.mark.parametrize("change", ["nan", "inf", "reversed", "negative", "shorter", "text", "one bit"])
+def test_altered_arrays_are_refused(tmp_path, name, change):
+    """In a file, and where the arrays are given: one sentence, or in memory a map that still answers."""
+    with np.load(RUDDER_MAP) as content:
+        array = content[name].copy()
+    if change in ("nan", "inf", "one bit"):
+        array.flat[-1] = np.nextafter(array.flat[-1], np.inf) if change == "one bit" else float(change)
+    else:
+        reversed_ = array[::-1] if name != "table" else array[..., ::-1]
+        array = {"reversed": reversed_, "negative": -array - 1, "shorter": array[:-1], "text": array.astype(str)}[
+            change
+        ]
+    rewritten(tmp_path / "map.npz", **{name: array})
+    with pytest.raises(InputError, match=r"^'.*map.npz' is no readable thrust map \([^\n]+\); make one with"):
+        ThrustMap.load(tmp_path / "map.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("gamma_deg", [-5.0, np.nan, 5.0]),
+        ("gamma_deg", [5.0, 0.0, -5.0]),
+        ("deflection_deg", np.linspace(30, -30, 97)),
+        ("density_ratio", [1.0, np.inf]),
+        ("density_ratio", [1.0, 1.0]),
+        ("full_thrust_lbf", np.nan),
+        ("control", "flaps"),
+    ],
+)
+def test_nodes_that_no_map_has(rudder, name, value):
+    with pytest.raises(InputError):
+        replace(rudder, **{name: value})
+
+
+def test_cut_and_huge_files_are_refused(tmp_path):
+    """Cut anywhere, or flipped; one of a few bytes that declares 87 GB is told before memory is asked for."""
+    whole, path = RUDDER_MAP.read_bytes(), tmp_path / "map.npz"
+    rng = np.random.default_rng(0)
+    for k in range(60):
+        content = bytearray(whole[: rng.integers(len(whole))] if k % 2 else whole)
+        for place in rng.integers(len(content), size=3 if k % 2 == 0 else 0):
+            content[place] ^= 1 << rng.integers(8)
+        path.write_bytes(content)
+        try:
+            assert np.array_equal(ThrustMap.load(path).table, ThrustMap.load().table)  # a bit that says nothing
+        except InputError as error:
+            assert "is no readable thrust map" in str(error)
+            assert "\n" not in str(error)
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (10_875_000_000,)})
+    with zipfile.ZipFile(path, "w") as archive, zipfile.ZipFile(RUDDER_MAP) as shipped:
+        for name in shipped.namelist():
+            archive.writestr(name, header.getvalue() if name == "table.npy" else shipped.read(name))
+    with pytest.raises(InputError, match="is no readable thrust map"):
+        ThrustMap.load(path)
 
 
 def test_foreign_files_are_refused(tmp_path):

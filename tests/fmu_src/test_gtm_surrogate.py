@@ -136,8 +136,8 @@ class TestBadInput:
             fmu.get(("v_min",))
 
     def test_networks_missing(self, tmp_path):
-        with pytest.raises(InputError, match="0 networks were given for the surrogate FMU: give speeds and throttle"):
-            build("surrogate", tmp_path)
+        with pytest.raises(InputError, match="3 networks were given for the surrogate FMU: give speeds and throttle"):
+            build("surrogate", tmp_path, [tmp_path] * 3)
         with pytest.raises(InputError, match="cannot read the model file"):
             build("surrogate", tmp_path, [tmp_path / "a.json", tmp_path / "b.json"])
 

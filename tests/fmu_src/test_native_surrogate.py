@@ -68,7 +68,7 @@ def test_interface_is_that_of_the_python_fmu(native_surrogates, surrogate_fmu, f
 
 def test_size_with_the_networks_of_the_package(tmp_path):
     """At most 100 kB with the binary of this platform; that of FMI 3.0 is the larger one."""
-    path = build_fmu("surrogate-native3", tmp_path)
+    path = build_fmu("surrogate-native3", tmp_path, "network")
     assert path.stat().st_size <= 100_000
     assert len([n for n in fmpy.supported_platforms(path) if n not in ("c-code", "other")]) == 1
 
@@ -160,8 +160,8 @@ class TestBadInput:
             assert session.step(0.1, 0.1) == OK
 
     def test_networks_missing(self, tmp_path):
-        with pytest.raises(InputError, match="0 networks were given for the surrogate FMU: give speeds and throttle"):
-            build("surrogate-native", tmp_path)
+        with pytest.raises(InputError, match="3 networks were given for the surrogate FMU: give speeds and throttle"):
+            build("surrogate-native", tmp_path, [tmp_path] * 3)
 
 
 def test_casadi_jacobian(native_surrogates, networks, fmi):

@@ -1,6 +1,7 @@
 """GtmThrustMapNative against the thrust map in this process."""
 
 import math
+import subprocess
 from pathlib import Path
 
 import fmpy
@@ -9,6 +10,9 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src import build
+from fmu_src.map_variables import map_source
+from fmu_src.native_sources import source_files
+from gtm_fmu.client import FmuClient
 from gtm_fmu.errors import InputError
 from gtm_fmu.thrust_map import ThrustMap
 from tests.fmu_src.conftest import sessions
@@ -57,6 +61,7 @@ def test_values_are_those_of_the_map(start, kind, cases):
         session.call("EnterContinuousTimeMode")
     expected = ThrustMap.load().predict(cases / SI)
     speeds = np.nan_to_num(np.column_stack(expected[:4]))
+    speeds[expected.feasible & ~expected.in_domain, 2:] = 1000.0  # kn, where nobody knows
     flags = np.column_stack([getattr(expected, name) for name in FLAGS])
     assert {tuple(row) for row in flags[:, :2]} == {(a, b) for a in (False, True) for b in (False, True)}
     assert flags[:, 2].sum() > 5
@@ -68,6 +73,45 @@ def test_values_are_those_of_the_map(start, kind, cases):
         wanted = [*speeds[k], TAS_KT - speeds[k, 0], speeds[k, 1] - TAS_KT]
         np.testing.assert_allclose(got, wanted, rtol=1e-12, atol=1e-12)
         assert got_flags == flags[k].tolist()
+
+
+def test_gtm_surrogate_carries_the_map(built, cases):
+    """GtmSurrogate by default, in Python and in C: the interface with fold, the values of the map."""
+    expected = ThrustMap.load().predict(cases[:60] / SI)
+    wanted = np.nan_to_num(np.column_stack(expected[:4]))
+    wanted[expected.feasible & ~expected.in_domain, 2:] = 1000.0
+    for name in ("surrogate", "surrogate-native"):
+        path = build(name, built("thrust-map-native").parent / "default")
+        assert fmpy.read_model_description(path).modelName == {"surrogate": "GtmSurrogate"}.get(
+            name, "GtmSurrogateNative"
+        )
+        with FmuClient(path) as fmu:
+            for k, case in enumerate(cases[:60]):
+                fmu.set(("altitude", "gamma", "rudder.lower", "rudder.upper"), case)
+                np.testing.assert_allclose(fmu.get(SPEEDS[:4]) / KN, wanted[k], rtol=1e-12, atol=1e-12)
+                for flag in FLAGS:
+                    assert fmu.get_boolean(flag) == getattr(expected, flag)[k]
+
+
+def test_small_stack_and_traps(tmp_path, cases):
+    """Start values, cases in and outside the map: no trap, and 64 KiB of stack are enough."""
+    core = ("thrust_map.c", "condition.c", "generated/atmosphere.c")
+    sources = source_files((), core, 2) | map_source(ThrustMap.load())
+    sources["map_host.c"] = Path(__file__).with_name("map_host.c").read_bytes()
+    for name, content in sources.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    files = [name for name in sources if name.endswith(".c") and not name.startswith("fmi")]
+    command = ["cc", "-std=gnu99", "-O1", "-I.", *files, "-o", "host", "-lm", "-lpthread"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    start = [[10000.0, 0.0, -30.0, 30.0], [0.0, -45.0, -30.0, 30.0], [36089.0, 45.0, 7.0, 7.0]]
+    asked = np.concatenate([start, cases[:400] / SI])
+    asked[:, 2:] = np.clip(asked[:, 2:], -30, 30)
+    text = "\n".join(" ".join(map(repr, case)) for case in asked.tolist())
+    ended = subprocess.run([tmp_path / "host"], input=text, capture_output=True, text=True)
+    assert ended.returncode == 0
+    expected = np.nan_to_num(ThrustMap.load().predict(asked).v_max_kt)
+    np.testing.assert_allclose(np.array(ended.stdout.split(), dtype=float), expected, rtol=1e-12)
 
 
 def test_fmpy_validation_is_clean(thrust_map_fmus, fmi):

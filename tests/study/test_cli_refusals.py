@@ -191,10 +191,10 @@ class TestBadFiles:
         return folder
 
     def test_missing_model(self, ask, tmp_path):
-        self.predict_and_build(ask, tmp_path / "none", "cannot read the model file '.*none")
+        self.predict_and_build(ask, tmp_path / "none", "--model was given as '.*none': give thrust-map, network, paper")
 
     def test_file_as_model(self, ask, model):
-        self.predict_and_build(ask, model / SPEEDS_FILE, "cannot read the model file")
+        self.predict_and_build(ask, model / SPEEDS_FILE, "is no readable thrust map")
 
     @pytest.mark.parametrize("name", [SPEEDS_FILE, THROTTLE_FILE])
     def test_half_a_model(self, ask, model, name):

@@ -3,16 +3,18 @@
 import hashlib
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from gtm_fmu.airframe.tables import DATA_FILE
+from gtm_fmu.dataset import samples
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from study import published
-from study.emulator import INPUTS, SPEEDS, THROTTLE, RudderEmulator, train
+from study.emulator import INPUTS, PAPER, SPEEDS, THROTTLE, RudderEmulator, train
 from surrogate import Schedule, Variable, split_samples
 
 SEED, ROUNDS, HELD_OUT = 0, 20, 0.1  # of the shipped networks; rounds and fraction are the paper's Algorithm 1
@@ -20,7 +22,7 @@ SEED, ROUNDS, HELD_OUT = 0, 20, 0.1  # of the shipped networks; rounds and fract
 
 @pytest.fixture(scope="module")
 def emulator() -> RudderEmulator:
-    return RudderEmulator.load()
+    return RudderEmulator.load(PAPER)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +80,7 @@ class TestShippedNetworks:
             assert mse == pytest.approx(network.metrics[f"mse_{part}"], abs=1e-9)
 
     def test_feasibility_over_the_lattice(self, emulator, lattice, least_throttle):
-        emulated = [emulator.predict(altitude, gamma, rudder).feasible for altitude, gamma, *rudder in lattice]
+        emulated = [emulator.predict_one(altitude, gamma, rudder)["feasible"] for altitude, gamma, *rudder in lattice]
         assert np.mean(np.array(emulated) == (least_throttle <= 100)) >= 0.995
 
     def test_between_the_nodes_where_it_is_smooth(self, emulator):
@@ -91,11 +93,11 @@ class TestShippedNetworks:
         rng = np.random.default_rng(20)
         for _ in range(20):
             case = rng.uniform((0, -5, -30, 5), (20000, 5, -5, 30)).tolist()
-            found = emulator.predict(*case[:2], case[2:])
-            assert found.feasible
+            found = emulator.predict_one(*case[:2], case[2:])
+            assert found["feasible"]
             v_min_kt, v_max_kt = exact_speeds(case)
-            assert found.v_min_kt == pytest.approx(v_min_kt, abs=1.0)
-            assert found.v_max_kt == pytest.approx(v_max_kt, abs=6.0)
+            assert found["v_min_kt"] == pytest.approx(v_min_kt, abs=1.0)
+            assert found["v_max_kt"] == pytest.approx(v_max_kt, abs=6.0)
 
 
 class TestPrediction:
@@ -105,7 +107,7 @@ class TestPrediction:
         for _ in range(200):
             case = rng.uniform(*np.transpose(emulator.speeds.input_ranges))
             case[2:].sort()
-            found = emulator.predict(*case[:2], tuple(case[2:]))
+            found = SimpleNamespace(**emulator.predict_one(*case[:2], tuple(case[2:])))
             (v_min, v_max), (t_min,) = emulator.speeds.predict(case), emulator.throttle.predict(case)
             assert found.t_min_pct == t_min
             assert found.feasible == (t_min <= 100 and v_min <= v_max)
@@ -125,8 +127,8 @@ class TestPrediction:
         hidden, output = emulator.throttle.biases
         weak = replace(emulator.throttle, biases=(hidden, output + 10))
         assert weak.predict(case)[0] > 100
-        assert emulator.predict(10000, 0, (-30, 30)).feasible
-        assert not RudderEmulator(emulator.speeds, weak).predict(10000, 0, (-30, 30)).feasible
+        assert emulator.predict_one(10000, 0, (-30, 30))["feasible"]
+        assert not RudderEmulator(emulator.speeds, weak).predict_one(10000, 0, (-30, 30))["feasible"]
 
     def test_never_a_reversed_envelope(self, emulator):
         """Far outside the domain the networks cross; that is no envelope."""
@@ -134,7 +136,7 @@ class TestPrediction:
         v_min, v_max = emulator.speeds.predict(case)
         assert v_min > v_max
         assert emulator.throttle.predict(case)[0] <= 100
-        assert not emulator.predict(36000, 0, (-30, 30)).feasible
+        assert not emulator.predict_one(36000, 0, (-30, 30))["feasible"]
 
     @pytest.mark.parametrize(
         ("case", "inside"),
@@ -147,7 +149,9 @@ class TestPrediction:
         ],
     )
     def test_domain(self, emulator, case, inside):
-        assert emulator.predict(*case).in_domain is inside
+        found = emulator.predict_one(*case)
+        assert found["in_domain"] is inside
+        assert (found["v_max_std_kt"] is not None) is (inside and found["feasible"])
 
     @pytest.mark.parametrize(
         ("case", "sentence"),
@@ -166,13 +170,13 @@ class TestPrediction:
     )
     def test_bad_input(self, emulator, case, sentence):
         with pytest.raises(InputError, match=sentence):
-            emulator.predict(*case)
+            emulator.predict_one(*case)
 
 
 class TestFiles:
     def test_saved_and_loaded(self, emulator, tmp_path):
         emulator.save(tmp_path)
-        assert RudderEmulator.load(tmp_path).predict(5000, 1, (-7, 13)) == emulator.predict(5000, 1, (-7, 13))
+        assert RudderEmulator.load(tmp_path).predict_one(5000, 1, (-7, 13)) == emulator.predict_one(5000, 1, (-7, 13))
 
     def test_folder_that_cannot_be_written(self, emulator, tmp_path):
         with pytest.raises(InputError, match=r"Cannot write .*choose a folder"):
@@ -219,7 +223,7 @@ class TestTraining:
     def test_samples_and_progress(self, data):
         steps = []
         speeds, throttle = train(
-            data,
+            samples(data),
             3,
             lambda done, total: steps.append((done, total)),
             rounds=2,
@@ -240,6 +244,6 @@ class TestTraining:
 
     def test_same_seed_same_networks(self, data):
         options = {"rounds": 2, "hidden": 2, "schedule": Schedule(epochs=2)}
-        (one, _), (same, _), (other, _) = (train(data, seed, **options) for seed in (3, 3, 4))
+        (one, _), (same, _), (other, _) = (train(samples(data), seed, **options) for seed in (3, 3, 4))
         np.testing.assert_array_equal(one.network.weights[0], same.network.weights[0])
         assert (one.network.weights[0] != other.network.weights[0]).any()

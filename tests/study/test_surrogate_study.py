@@ -40,7 +40,7 @@ def test_a_part_of_the_lattice_s_searches_reaches_the_goal(kept):
 
 def test_a_second_run_goes_on(kept, monkeypatch):
     folder, first = kept
-    monkeypatch.setattr(surrogate_study, "measured_map", lambda *_: pytest.fail("measured again"))
+    monkeypatch.setattr(surrogate_study, "measured", lambda *_: pytest.fail("measured again"))
     assert surrogate_study.run(folder, "thrust map") == first
     assert json.loads((folder / surrogate_study.RESULTS_FILE).read_text()) == first
 
@@ -61,7 +61,7 @@ def test_warnings_are_counted_by_hand():
     errors = [abs(found.v_min_kt - truth.speeds_kt[:, 0]) / found.v_min_std_kt]
     errors.append(abs(found.v_max_kt - truth.speeds_kt[:, 1]) / found.v_max_std_kt)
     inside = np.mean([error[known] < 1.96 for error in errors])
-    assert surrogate_study.measured_map(exact, truth)["inside_95"] == pytest.approx(inside)
+    assert off_lattice.measured(exact, truth)["inside_95"] == pytest.approx(inside)
 
 
 def test_table_and_figures(kept):
@@ -125,14 +125,12 @@ def test_predict_by_the_map(ask):
     """Nearer to the exact solver than a tenth of a knot, where the networks are off by more."""
     exact = FlightCondition(10000.0, 0.0).envelope((-10.0, 20.0))
     case = ["predict", "--altitude-ft", "10000", "--rudder-deg", "-10", "20", "--json"]
-    by_map = ask(*case, "--thrust-map").json
+    by_map = ask(*case).json
     assert (by_map["feasible"], by_map["in_domain"], by_map["fold"]) == (True, True, False)
     assert by_map["v_min_kt"] == pytest.approx(exact.v_min_kt, abs=0.1)
     assert by_map["v_max_kt"] == pytest.approx(exact.v_max_kt, abs=0.1)
-    assert abs(ask(*case).json["v_max_kt"] - exact.v_max_kt) > abs(by_map["v_max_kt"] - exact.v_max_kt)
-    refused = ask(*case, "--thrust-map", "--model", "elsewhere")
-    assert (refused.code, refused.out) == (2, "")
-    assert "leave it out with --thrust-map" in refused.err
+    by_paper = ask(*case, "--model", "paper").json
+    assert abs(by_paper["v_max_kt"] - exact.v_max_kt) > abs(by_map["v_max_kt"] - exact.v_max_kt)
 
 
 def test_thrust_map_command(ask, tmp_path, monkeypatch):
