@@ -119,7 +119,7 @@ def read_networks(paths: Sequence[Path]) -> list[Network]:
     if len(paths) != len(NETWORKS):
         raise InputError(f"{len(paths)} networks were given for the surrogate FMU: give {' and '.join(NETWORKS)}.")
     inputs = tuple(map(_edge, CASE))
-    found = []
+    found: list[Network] = []
     for path, outputs in zip(paths, (tuple(map(_edge, ENVELOPE[:2])), (("t_min_pct", "%"),)), strict=True):
         try:
             network = Network.load(path)

@@ -284,9 +284,8 @@ def test_altered_arrays_are_refused(tmp_path, name, change):
         array.flat[-1] = np.nextafter(array.flat[-1], np.inf) if change == "one bit" else float(change)
     else:
         reversed_ = array[::-1] if name != "table" else array[..., ::-1]
-        array = {"reversed": reversed_, "negative": -array - 1, "shorter": array[:-1], "text": array.astype(str)}[
-            change
-        ]
+        kinds = {"reversed": reversed_, "negative": -array - 1, "shorter": array[:-1], "text": array.astype(str)}
+        array = kinds[change]
     rewritten(tmp_path / "map.npz", **{name: array})
     with pytest.raises(InputError, match=r"^'.*map.npz' is no readable thrust map \([^\n]+\); make one with"):
         ThrustMap.load(tmp_path / "map.npz")
@@ -309,7 +308,16 @@ def test_nodes_that_no_map_has(rudder, name, value):
         replace(rudder, **{name: value})
 
 
-def test_cut_and_huge_files_are_refused(tmp_path):
+def refusal(path) -> str | None:
+    """What is said of a map, None where it is read."""
+    try:
+        ThrustMap.load(path)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def test_cut_and_huge_files_are_refused(rudder, tmp_path):
     """Cut anywhere, or flipped; one of a few bytes that declares 87 GB is told before memory is asked for."""
     whole, path = RUDDER_MAP.read_bytes(), tmp_path / "map.npz"
     rng = np.random.default_rng(0)
@@ -318,11 +326,9 @@ def test_cut_and_huge_files_are_refused(tmp_path):
         for place in rng.integers(len(content), size=3 if k % 2 == 0 else 0):
             content[place] ^= 1 << rng.integers(8)
         path.write_bytes(content)
-        try:
-            assert np.array_equal(ThrustMap.load(path).table, ThrustMap.load().table)  # a bit that says nothing
-        except InputError as error:
-            assert "is no readable thrust map" in str(error)
-            assert "\n" not in str(error)
+        told = refusal(path)
+        assert told is None or ("is no readable thrust map" in told and "\n" not in told)
+        assert told or np.array_equal(ThrustMap.load(path).table, rudder.table)  # a bit that says nothing
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (10_875_000_000,)})
     with zipfile.ZipFile(path, "w") as archive, zipfile.ZipFile(RUDDER_MAP) as shipped:

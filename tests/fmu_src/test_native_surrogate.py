@@ -67,9 +67,9 @@ def test_interface_is_that_of_the_python_fmu(native_surrogates, surrogate_fmu, f
 
 
 def test_size_with_the_networks_of_the_package(tmp_path):
-    """At most 100 kB with the binary of this platform; that of FMI 3.0 is the larger one."""
+    """At most 150 kB with the binary of this platform; that of FMI 3.0 is the larger one."""
     path = build_fmu("surrogate-native3", tmp_path, "network")
-    assert path.stat().st_size <= 100_000
+    assert path.stat().st_size <= 150_000
     assert len([n for n in fmpy.supported_platforms(path) if n not in ("c-code", "other")]) == 1
 
 

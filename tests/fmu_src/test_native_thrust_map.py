@@ -80,11 +80,9 @@ def test_gtm_surrogate_carries_the_map(built, cases):
     expected = ThrustMap.load().predict(cases[:60] / SI)
     wanted = np.nan_to_num(np.column_stack(expected[:4]))
     wanted[expected.feasible & ~expected.in_domain, 2:] = 1000.0
-    for name in ("surrogate", "surrogate-native"):
+    for name, model in (("surrogate", "GtmSurrogate"), ("surrogate-native", "GtmSurrogateNative")):
         path = build(name, built("thrust-map-native").parent / "default")
-        assert fmpy.read_model_description(path).modelName == {"surrogate": "GtmSurrogate"}.get(
-            name, "GtmSurrogateNative"
-        )
+        assert fmpy.read_model_description(path).modelName == model
         with FmuClient(path) as fmu:
             for k, case in enumerate(cases[:60]):
                 fmu.set(("altitude", "gamma", "rudder.lower", "rudder.upper"), case)
