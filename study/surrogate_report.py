@@ -34,7 +34,7 @@ def markdown(results: Mapping[str, Any]) -> str:
         (SHIPPED_FURTHER, "further cases, used for nothing else"),
     ):
         if shipped := results.get(part):
-            rows = [(name, *_cells(model)[1:], f"{model['inside_95']:.1%}") for name, model in shipped.items()]
+            rows = [(name, *_measured(model), f"{model['inside_95']:.1%}") for name, model in shipped.items()]
             text += f"## Those of the package, on {cases}\n\n{table(_SHIPPED_HEADS, rows)}\n"
     if curves := results.get("curves"):
         rows = [(name, *_cells(point), "-") for name, points in curves.items() for point in points]
@@ -53,8 +53,12 @@ def markdown(results: Mapping[str, Any]) -> str:
 
 
 def _cells(model: Mapping[str, Any]) -> tuple[str, ...]:
+    return (str(model["searches"]), *_measured(model))
+
+
+def _measured(model: Mapping[str, Any]) -> tuple[str, ...]:
     parts = (_g(model[part]["mse"]) if part in model else "-" for part in ("restrictions", "jams"))
-    return (str(model["searches"]), *parts, *_errors(model["all"])[1:])
+    return (*parts, *_errors(model["all"])[1:])
 
 
 def _errors(scores: Mapping[str, Any]) -> tuple[str, ...]:

@@ -1,17 +1,20 @@
 """The study of surrogates: what is done once is kept, and told as it was measured."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from gtm_fmu import thrust_survey
+from gtm_fmu.cases import Sampling
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits
 from gtm_fmu.thrust_map import ThrustMap
-from study import off_lattice, surrogate_figures, surrogate_report, surrogate_study
+from study import off_lattice, rudder_networks, surrogate_figures, surrogate_report, surrogate_study
+from study.emulator import RudderEmulator
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +78,37 @@ def test_table_and_figures(kept):
     (line, goal) = figure.axes[0].lines
     assert line.get_ydata().tolist() == [p["all"]["mse"] for p in kept[1]["curves"]["thrust map, refined"]]
     assert goal.get_ydata()[0] == surrogate_figures.GOAL_MSE
+
+
+def test_those_of_the_package(tmp_path):
+    """Goals: networks with a mean square of 5e-5, 99.8 % of the verdicts, and intervals that hold what they say."""
+    found = surrogate_study.run(tmp_path, "package network")["package"]["network"]
+    assert found["all"]["mse"] < 5e-5
+    assert found["all"]["same_verdict"] >= 0.998
+    assert 0.93 < found["inside_95"] < 0.97
+    text = surrogate_report.markdown({"package": {"network": found}, "package, further cases": {"network": found}})
+    assert f"{found['all']['largest_kt']:.2f} | {found['all']['same_verdict']:.2%} | {found['inside_95']:.1%} |" in text
+
+
+def test_networks_command(ask, tmp_path, monkeypatch):
+    """Exact cases, both networks and their deviations, at a small size; the same seed gives the same networks."""
+    tables = {
+        "training_cases": off_lattice.case_table(cases=40, seed=1, sampling=Sampling.SOBOL),
+        "calibration_cases": off_lattice.case_table(cases=20, seed=2),
+    }
+    monkeypatch.setattr(rudder_networks, "tables", lambda: tables)
+    small = partial(rudder_networks.train_emulator, hidden=(3, 3), rounds=2, epochs=5)
+    monkeypatch.setattr(rudder_networks, "train_emulator", small)
+    for name in ("one", "other"):
+        answer = ask("networks", "--output", tmp_path / name, "--data", tmp_path / "cases", "--json")
+        assert answer.code == 0
+    emulator = RudderEmulator.load(tmp_path / "one")
+    assert emulator.speeds.sizes == (4, 3, 3, 2)
+    assert emulator.speeds.log_std is not None
+    assert emulator.speeds.provenance["off_lattice"]["all"] == json.loads(answer.out)["all"]
+    for file in ("rudder_speeds.json", "rudder_throttle.json"):
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "other" / file).read_bytes()
+    assert ask("predict", "--altitude-ft", "9000", "--model", tmp_path / "one", "--json").code == 0
 
 
 def test_the_jump_of_v_max_comes_out_right(monkeypatch):
