@@ -81,7 +81,9 @@ def deviations(speeds: Network, training: OffLattice, calibration: OffLattice) -
     )
     X, error = _errors(speeds, calibration)
     ratio = np.sort(error / np.exp(network.predict(X)), axis=0)
-    level = ratio[int(np.ceil(LEVEL * (len(ratio) + 1))) - 1] / DEVIATIONS  # a conformal bound of further cases
+    level = (
+        ratio[min(int(np.ceil(LEVEL * (len(ratio) + 1))), len(ratio)) - 1] / DEVIATIONS
+    )  # a conformal bound of further cases
     ranges = network.target_ranges + np.log(level)[:, None]
     return replace(network, target_ranges=ranges, beta=None, posterior_factor=None)
 
