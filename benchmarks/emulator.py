@@ -187,7 +187,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         predict, gradient, std = c_nanoseconds(network, folder)
-        native, python = (build_fmu(model, folder) for model in ("surrogate-native", "surrogate"))
+        native, python = (build_fmu(model, folder, PAPER) for model in ("surrogate-native", "surrogate"))
         stub = stub_library(folder)
         floor, through = (fmpy_seconds(native, folder, SPEEDS, library) for library in (stub, None))
         more = (*SPEEDS, *DEVIATIONS)

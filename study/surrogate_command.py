@@ -39,7 +39,8 @@ def surrogates(
         with stage("Speed across a fold") as advance:
             cut = surrogate_figures.fold_cut(advance)
             save_figure(surrogate_figures.plot_fold(cut), output / "surrogate_fold.png")
-    save_figure(surrogate_figures.plot_errors(results), output / "surrogate_errors.png")
+    if results.keys() & {"models", "curves"}:
+        save_figure(surrogate_figures.plot_errors(results), output / "surrogate_errors.png")
     text = markdown(results)
     write_text(text, output / "surrogates.md")
     print(json.dumps(results, allow_nan=False) if as_json else f"{text}\nAll files are in {output}.")

@@ -29,7 +29,7 @@ from study.progress import stages  # noqa: E402
 
 FLIGHTS = {"with protection": True, "without protection": False}
 ENVELOPES = ("envelope-native", "envelope", "surrogate-native", "surrogate", "thrust-map-native")
-"""What can tell V_min and V_max: the exact solver, the networks or the thrust map, in C or in Python."""
+"""What can tell V_min and V_max: the exact solver or the thrust map, in C or in Python."""
 PACKAGES = {"FMPy": "fmpy", "ecospy": "ecospy", "libcosimpy": "libcosimpy"}
 
 
