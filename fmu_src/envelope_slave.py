@@ -4,7 +4,7 @@ from math import isfinite
 from operator import mul, truediv
 from typing import NamedTuple
 
-from .slave import ROUNDING, TableSlave
+from .slave import ROUNDING, TableSlave, shortest
 
 
 class Found(NamedTuple):
@@ -44,7 +44,8 @@ class EnvelopeSlave(TableSlave):
         values, place, scales = self.values, self.place, self.table["scales"]
         lower, upper = values[place["rudder.lower"]], values[place["rudder.upper"]]
         if lower > upper:
-            return f"The rudder limits are reversed: lower {lower:g} is above upper {upper:g} rad."
+            low, high = shortest(lower), shortest(upper)
+            return f"The rudder limits are reversed: lower {low} is above upper {high} rad."
         case = list(map(truediv, values[self.case], scales[self.case]))
         if self.found is None or self.found[0] != case:
             self.found = case, self.find(case)

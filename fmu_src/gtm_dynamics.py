@@ -6,7 +6,7 @@ from math import isfinite
 from pythonfmu.enums import Fmi2Status
 
 from .core_library import Buffer, load_core
-from .slave import ROUNDING, TableSlave
+from .slave import ROUNDING, TableSlave, shortest
 
 FAULTS = {
     1: "The state is not finite.",
@@ -39,7 +39,8 @@ class GtmDynamics(TableSlave):
         commands, lower, upper = self.values[self.u.places], limits[::2], limits[1::2]
         for name, low, high in zip(self.u.names, lower, upper, strict=True):
             if low > high:
-                return f"{name.replace('control', 'limits')} is reversed: lower {low:g} is above upper {high:g} (SI)."
+                lowest, highest = shortest(low), shortest(high)
+                return f"{name.replace('control', 'limits')} is reversed: lower {lowest} is above upper {highest} (SI)."
         held = list(map(min, map(max, commands, lower), upper))
         if self.held or held != commands:
             self._note_excursions(commands, held)
@@ -54,7 +55,8 @@ class GtmDynamics(TableSlave):
                 self.held.discard(name)
             elif name not in self.held:
                 self.held.add(name)
-                self.log(f"{name} {command:g} is outside its limits and is held at {kept:g} (SI).", Fmi2Status.warning)
+                given, used = shortest(command), shortest(kept)
+                self.log(f"{name} {given} is outside its limits and is held at {used} (SI).", Fmi2Status.warning)
 
     def _store(self) -> str | None:
         """Derivatives and outputs at the core's state into the values."""

@@ -24,12 +24,18 @@ PLATFORMS = {
 }
 ROUNDING = 1e-9
 """What a bound given in another unit may be off by, relative to one."""
+REMEDIES = "give other inputs or parameters, go back to a saved state, or end the simulation."
 
 
 def platform_folder() -> str:
     """Name of this platform as in the binaries folder of an FMI 2.0 FMU."""
     system, machine = platform.system(), platform.machine()
     return PLATFORMS.get((system, machine), f"{machine}-{system}".lower())
+
+
+def shortest(number: float) -> str:
+    """The shortest text that reads back as the number."""
+    return repr(float(number)).removesuffix(".0")
 
 
 def read_resource(resources: str, name: str) -> dict:
@@ -115,8 +121,9 @@ class TableSlave(Fmi2Slave):
             self.refused.pop(name, None)
             return
         unit = self.table["units"][place]
-        allowed = f"{least:g} .. {greatest:g} {unit}" if place in self.bounds else "a finite number"
-        self.refused[name] = f"{name} was given as {value:g}, allowed is {allowed}: {self.values[place]:g} is kept."
+        allowed = f"{shortest(least)} .. {shortest(greatest)} {unit}" if place in self.bounds else "a finite number"
+        kept = shortest(self.values[place])
+        self.refused[name] = f"{name} was given as {shortest(value)}, allowed is {allowed}: {kept} is kept."
         self.log(self.refused[name], Fmi2Status.discard)
 
     def _update(self) -> None:
@@ -168,12 +175,13 @@ class TableSlave(Fmi2Slave):
         """One communication step; refused (Discard) with one sentence in the log, the values being as before."""
         fault = self.refusal()
         if fault is None and not 0 <= step_size < inf:
-            fault = f"A step of {step_size:g} s was asked for, allowed is a finite one that is not negative."
+            fault = f"A step of {shortest(step_size)} s was asked for, allowed is a finite one that is not negative."
         if fault is None:
             fault = self.advance(step_size)
         self.is_stale, self.fault = fault is not None, None
         if fault:
-            self.log(f"{fault} The step at {current_time:g} s is refused.", Fmi2Status.discard)
+            stays = f"The step at {shortest(current_time)} s is refused and the FMU stays there"
+            self.log(f"{fault} {stays}: {REMEDIES}", Fmi2Status.discard)
         return fault is None
 
     def _get_fmu_state(self):

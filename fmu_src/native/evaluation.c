@@ -25,8 +25,8 @@ static void note_excursions(Instance *i)
         const double kept = held(command, range);
         const bool is_out = fabs(command - kept) > ROUNDING;
         if (is_out && !i->now.is_held[k])
-            instance_say(i, WARNING, "%s %g is outside its limits and is held at %g (SI).", model_variables[INPUTS + k].name,
-                command, kept);
+            instance_say(i, WARNING, "%s %s is outside its limits and is held at %s (SI).", model_variables[INPUTS + k].name,
+                SHORTEST(command), SHORTEST(kept));
         i->now.is_held[k] = is_out;
     }
 }
@@ -44,8 +44,8 @@ bool instance_load(Instance *i, double x[], double u[], const char *consequence)
         const double *range = instance_range_of(i, k, &command);
         if (range && range[0] > range[1]) {
             const Variable *lower = model_variables + model_variables[INPUTS + k].limits;
-            instance_say(i, DISCARD, "%s %g is above %s %g (SI). %s", lower[0].name, range[0], lower[1].name, range[1],
-                consequence);
+            instance_say(i, DISCARD, "%s %s is above %s %s (SI). %s", lower[0].name, SHORTEST(range[0]), lower[1].name,
+                SHORTEST(range[1]), consequence);
             return false;
         }
         u[k] = held(command, range) / model_variables[INPUTS + k].scale;
@@ -83,29 +83,29 @@ Status instance_update(Instance *i, int part)
     return i->fault[part] ? DISCARD : OK;
 }
 
-Status instance_step(Instance *i, double point, double duration)
+static Status take_step(Instance *i, double point, double duration)
 {
     const double time = instance_time(i), size = fmax(1, fabs(time));
     if (!(isfinite(duration) && duration >= 0)) {
-        instance_say(i, DISCARD, "A step of %g s was asked for, allowed is a finite one that is not negative. The step at %g s is "
-            "refused.", duration, point);
+        instance_say(i, DISCARD, "A step of %s s was asked for, allowed is a finite one that is not negative. The step at "
+            "%s s is refused.", SHORTEST(duration), SHORTEST(point));
         return DISCARD;
     }
     if (!(fabs(point - time) <= ROUNDING * size))
-        return instance_refuse(i, "A step at %g s was asked for, but the FMU is at %g s.", point, time);
+        return instance_refuse(i, "A step at %s s was asked for, but the FMU is at %s s.", SHORTEST(point), SHORTEST(time));
     if (point + duration > i->stop_time + ROUNDING * size)
-        return instance_refuse(i, "A step to %g s was asked for, but the experiment stops at %g s.", point + duration,
-                               i->stop_time);
-    double x[ROOM(N_STATES)], u[ROOM(N_INPUTS)], moved[ROOM(N_STATES)], memory[ROOM(N_MEMORY)];
+        return instance_refuse(i, "A step to %s s was asked for, but the experiment stops at %s s.",
+                               SHORTEST(point + duration), SHORTEST(i->stop_time));
+    double x[ROOM(N_STATES)], u[ROOM(N_INPUTS)], moved[ROOM(N_STATES)];
     if (!instance_load(i, x, u, "The step is refused.")) return DISCARD;
-    memcpy(memory, i->now.memory, sizeof memory);
-    int fault = model_advance(x, u, i->now.values, memory, duration);
+    int fault = model_advance(x, u, i->now.values, i->now.memory, duration);
     for (int k = 0; k < N_STATES && !fault; k++) {
         moved[k] = x[k] * model_variables[STATES + k].scale;
         if (!isfinite(moved[k])) fault = FAULT_NOT_FINITE;
     }
     if (fault) {
-        instance_say(i, DISCARD, "%s The step at %g s is refused.", model_faults[fault], point);
+        instance_say(i, DISCARD, "%s The step at %s s is refused and the FMU stays there: give other inputs or parameters, "
+            "go back to a saved state, or end the simulation.", model_faults[fault], SHORTEST(point));
         return DISCARD;
     }
     if (N_STATES == 0) { /* a step is as good as its outputs, which stay those of the inputs */
@@ -113,9 +113,15 @@ Status instance_step(Instance *i, double point, double duration)
         if (status != OK) return status;
     } else {
         memcpy(i->now.values + STATES, moved, N_STATES * sizeof *moved);
-        memcpy(i->now.memory, memory, sizeof memory);
         instance_touch(i);
     }
     i->now.values[TIME_REFERENCE] = point + duration;
     return OK;
+}
+
+Status instance_step(Instance *i, double point, double duration)
+{
+    const Status status = take_step(i, point, duration);
+    i->is_step_refused = status != OK;
+    return status;
 }

@@ -302,12 +302,14 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
     return fmi2OK;
 }
 
+/* A step that is refused is not done at any size: the FMU asks to stop (FMI 2.0.5, 4.2.2), at the time that it has
+   reached. */
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value)
 {
     ALLOW(STEP | TERMINATED);
     REQUIRE(value);
     if (s != fmi2Terminated) return fmi2Discard;
-    *value = fmi2False;
+    *value = ((Instance *)c)->is_step_refused;
     return fmi2OK;
 }
 

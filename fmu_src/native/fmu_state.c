@@ -20,6 +20,7 @@ Status instance_restore(Instance *i, const void *saved)
     if (((const Saved *)saved)->is_model_exchange != i->now.is_model_exchange)
         return instance_refuse(i, "The FMU state is that of an instance of the other kind.");
     i->now = *(const Saved *)saved;
+    i->is_step_refused = false;
     instance_touch(i);
     return OK;
 }

@@ -8,6 +8,15 @@
 
 enum { MESSAGE_SIZE = 512 };
 
+const char *write_shortest(char text[32], double number)
+{
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(text, 32, "%.*g", digits, number);
+        if (strtod(text, NULL) == number) break;
+    }
+    return text;
+}
+
 /* LogCategories of the model description, by status; the first stands for all of them. */
 static const char *const CATEGORIES[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
                                          "logStatusFatal"};
@@ -114,6 +123,7 @@ Status instance_reset(Instance *i)
     memset(i->now.is_held, 0, sizeof i->now.is_held);
     memset(i->now.memory, 0, sizeof i->now.memory);
     i->stop_time = INFINITY;
+    i->is_step_refused = false;
     instance_touch(i);
     return OK;
 }
@@ -161,7 +171,8 @@ double instance_time(const Instance *i) { return i->now.values[TIME_REFERENCE]; 
 Status instance_set_times(Instance *i, double start, bool has_stop, double stop)
 {
     if (!isfinite(start) || (has_stop && !(isfinite(stop) && stop >= start)))
-        return instance_refuse(i, "An experiment from %g s to %g s cannot be run.", start, has_stop ? stop : start);
+        return instance_refuse(i, "An experiment from %s s to %s s cannot be run.", SHORTEST(start),
+                               SHORTEST(has_stop ? stop : start));
     i->now.values[TIME_REFERENCE] = start;
     i->stop_time = has_stop ? stop : INFINITY;
     return OK;
@@ -169,7 +180,8 @@ Status instance_set_times(Instance *i, double start, bool has_stop, double stop)
 
 Status instance_set_time(Instance *i, double time)
 {
-    if (!isfinite(time)) return instance_refuse(i, "The time was given as %g s, allowed is a finite one.", time);
+    if (!isfinite(time))
+        return instance_refuse(i, "The time was given as %s s, allowed is a finite one.", SHORTEST(time));
     i->now.values[TIME_REFERENCE] = time;
     return OK;
 }

@@ -40,6 +40,7 @@ typedef void Logger(const Instance *, Status, const char *category, const char *
 struct Instance {
     Saved now;
     double stop_time;                          /* infinite if not given */
+    bool is_step_refused;                      /* the last one */
     bool is_stale[3];                          /* derivatives, outputs, deferred outputs */
     bool is_slope_stale;
     int fault[3];                              /* of the same, when not stale */
@@ -82,6 +83,7 @@ Status instance_get_derivatives(Instance *, double dx[], size_t n);
 Status instance_get_nominals(const Instance *, double x[], size_t n);
 Status instance_set_time(Instance *, double time);
 
+/* A step that is not done leaves the instance where it was. */
 Status instance_step(Instance *, double point, double duration);
 
 Status instance_save(const Instance *, void **saved);

@@ -53,7 +53,7 @@ int model_deferred_outputs(const double x[], const double u[], const double valu
 /* jacobian[N_UNKNOWNS * N_KNOWNS], row by row; not asked for when no partial derivatives are declared. */
 int model_jacobian(const double x[], const double u[], const double values[], double jacobian[]);
 
-/* Move x on by `duration` in s with constant u. */
+/* Move x on by `duration` in s with constant u; on a fault the memory stays as it was. */
 int model_advance(double x[], const double u[], const double values[], double memory[], double duration);
 
 #endif

@@ -63,11 +63,11 @@ static Status take(Instance *i, unsigned v, double value)
         return is_start ? take(i, (unsigned)variable->starts, value) : OK;
     }
     if (variable->is_bounded)
-        instance_say(i, DISCARD, "%s was given as %g, allowed is %g .. %g %s: %g is kept.", variable->name, value,
-            variable->minimum, variable->maximum, variable->unit, i->now.values[v]);
+        instance_say(i, DISCARD, "%s was given as %s, allowed is %s .. %s %s: %s is kept.", variable->name, SHORTEST(value),
+            SHORTEST(variable->minimum), SHORTEST(variable->maximum), variable->unit, SHORTEST(i->now.values[v]));
     else
-        instance_say(i, DISCARD, "%s was given as %g, allowed is a finite number: %g is kept.", variable->name, value,
-            i->now.values[v]);
+        instance_say(i, DISCARD, "%s was given as %s, allowed is a finite number: %s is kept.", variable->name,
+            SHORTEST(value), SHORTEST(i->now.values[v]));
     return DISCARD;
 }
 

@@ -126,7 +126,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
                                fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
     if (c && (!isfinite(startTime) || (stopTimeDefined && !(stopTime >= startTime))))
-        return slave_refuse(c, "An experiment from %g s to %g s cannot be run.", startTime,
+        return slave_refuse(c, "An experiment from %.17g s to %.17g s cannot be run.", startTime,
                             stopTimeDefined ? stopTime : startTime);
     ENTER;
     s->time = startTime;
@@ -355,7 +355,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
     if (done) py.Py_DecRef(done);
     const fmi2Status status = leave(s, lock, is_done ? fmi2OK : fmi2Discard);
     s->has_stopped = status != fmi2OK;
-    if (!s->has_stopped) s->time = currentCommunicationPoint + communicationStepSize;
+    s->time = currentCommunicationPoint + (s->has_stopped ? 0 : communicationStepSize);
     return status;
 }
 

@@ -246,6 +246,24 @@ class TestTime:
             " but the experiment stops at 5.2 s.",
         ]
 
+    def test_times_in_messages_read_back(self, start):
+        """Two times that differ look different: 0.05 s and what five steps of 0.01 s add up to."""
+        session = start()
+        time = 0.0
+        for _ in range(6):
+            assert session.step(time, 0.01) == OK
+            time += 0.01
+        assert session.step(0.05, 0.01) == ERROR
+        late = 0.060000000001 + 1e-8
+        assert session.step(late, 0.01) == ERROR
+        assert session.step(time, -1e-300) == DISCARD
+        assert session.texts() == [
+            f"A step at 0.05 s was asked for, but the FMU is at {time!r} s.",
+            f"A step at {late!r} s was asked for, but the FMU is at {time!r} s.",
+            "A step of -1e-300 s was asked for, allowed is a finite one that is not negative. "
+            f"The step at {time!r} s is refused.",
+        ]
+
     @pytest.mark.parametrize("duration", [-0.1, math.nan, math.inf])
     def test_bad_step(self, start, duration):
         session = start(is_initialized=False)

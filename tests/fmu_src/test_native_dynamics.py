@@ -157,7 +157,10 @@ class TestSteps:
         session = start()
         session.set_named(solver__tolerance=1e-30, control__elevator=0.3)
         assert session.step(0.0, 0.1) == DISCARD
-        assert "The step cannot be integrated to solver.tolerance. The step at 0 s is refused." in session.texts()
+        text = session.texts()[-1]
+        assert text.startswith(
+            "The step cannot be integrated to solver.tolerance. The step at 0 s is refused and the FMU"
+        )
         np.testing.assert_array_equal(read(session, X), X0)
 
     def test_adaptive_step_into_a_fault(self, start):
@@ -211,13 +214,15 @@ class TestLimits:
         u[2] = 5
         expected = core.advance(X0 / X_SI, u, 0.2, 0.005)
         np.testing.assert_allclose(read(session, X) / X_SI, expected, rtol=1e-11, atol=1e-13)
-        assert session.texts() == ["control.rudder 0.349066 is outside its limits and is held at 0.0872665 (SI)."]
+        assert session.texts() == [
+            f"control.rudder {20 * DEG!r} is outside its limits and is held at {5 * DEG!r} (SI)."
+        ]
         session.set_named(control__rudder=0.0)
         session.step(0.2, 0.02)
         assert session.texts() == []
         session.set_named(control__rudder=-40 * DEG)
         session.step(0.22, 0.02)
-        assert "held at -0.523599" in session.texts()[0]
+        assert "held at -0.523598775598" in session.texts()[0]
 
     def test_reversed(self, start):
         session = start()
