@@ -68,6 +68,8 @@ def _checked_limits(field_name: str, limits, widest: Range) -> Range:
     control, unit = field_name.rsplit("_", 1)
     name = f"{control.replace('_', ' ')} in {unit.replace('pct', '%')}"
     try:
+        if isinstance(limits, str | bytes):
+            raise TypeError
         lower, upper = (float(value) for value in limits)
     except (TypeError, ValueError):
         raise InputError(f"{name}: give two numbers, lower and upper limit.") from None

@@ -20,6 +20,14 @@ def _names(spelling: str) -> list[str]:
     return [name.strip() for name in spelling.split(",") if name.strip()]
 
 
+def _layers(spelling: str) -> tuple[int, ...]:
+    """Neurons of each hidden layer."""
+    try:
+        return tuple(int(size) for size in spelling.split(","))
+    except ValueError:  # no numbers, or of more digits than Python reads
+        raise InputError(f"--hidden was given as '{spelling:.40}': give numbers of neurons, as 10 or 20,20.") from None
+
+
 def train(
     data: Annotated[Path, typer.Argument(help="Table: .csv, .parquet, or a .zarr data set.")],
     output: Annotated[Path, typer.Option(help="File of the model.")],
@@ -52,11 +60,9 @@ def train(
         columns = [[f"{name}:{unit}" for name, unit in group] for group in (INPUTS, SPEEDS)]
     if not all(columns):
         raise InputError("No inputs or no outputs were given: name at least one column of each.")
-    if not all(size.strip().isdecimal() and int(size) > 0 for size in hidden.split(",")):
-        raise InputError(f"--hidden was given as '{hidden}': give numbers of neurons, as 10 or 20,20.")
     check_writable(output)
+    layers = _layers(hidden)
     samples = read_samples(data, *columns)
-    layers = tuple(int(size) for size in hidden.split(","))
     with stages(Console(stderr=True)) as stage, stage(f"Training on {len(samples.X)} rows") as advance:
         model = train_model(samples, method, splits=splits, hidden=layers, seed=seed, device=device, progress=advance)
     try:

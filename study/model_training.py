@@ -15,6 +15,8 @@ from gtm_fmu.errors import InputError
 from study.samples import Samples
 from surrogate import LocalModelNetwork, Network, Split, split_samples
 from surrogate.scaling import to_unit
+from surrogate.settings import check
+from surrogate.training import ALLOWED
 
 Model = Network | LocalModelNetwork
 Progress = Callable[[int, int], None]
@@ -51,9 +53,10 @@ def train_model(
     Raises:
         InputError: torch is missing, or the samples cannot be learnt from.
     """
-    if method in NETWORKS:
-        _check_torch(device)
+    if method in NETWORKS and find_spec("torch") is None:
+        raise InputError("Networks are trained with torch, which is not here; run pip install 'gtm-fmu[train]'.")
     try:
+        check({"splits": splits, "hidden": hidden, "seed": seed}, ALLOWED)
         split = split_samples(len(samples.X), splits, TEST_FRACTION, seed)
         train = _networks if method in NETWORKS else _local_models
         models = train(samples, split, method, hidden, seed, device, progress)
@@ -71,20 +74,24 @@ def train_model(
         for part in ("training", "test", "independent")
     }
     scores["rmse_independent"] = float(np.sqrt(scores["mse_independent"]))
+    scores |= _by_output(models[best], samples, split.independent)
     return replace(
         models[best], metrics=scores, provenance=models[best].provenance | _origin(samples, seed, splits, best)
     )
 
 
-def _check_torch(device: str) -> None:
-    if find_spec("torch") is None:
-        raise InputError("Networks are trained with torch, which is not here; run pip install 'gtm-fmu[train]'.")
-    import torch
+def _by_output(model: Model, samples: Samples, rows: np.ndarray) -> dict[str, float]:
+    """Root mean squared error of each output in its unit, and R2, the share of its variance that is explained."""
+    found, given = model.predict(samples.X[rows]), samples.Y[rows]
+    squares = ((found - given) ** 2).mean(axis=0)
+    variance = given.var(axis=0)
+    scores = {f"rmse_independent {v}": float(np.sqrt(s)) for v, s in zip(_labels(samples), squares, strict=True)}
+    known = zip(samples.outputs, squares, variance, strict=True)
+    return scores | {f"r2_independent {v.name}": float(1.0 - s / d) for v, s, d in known if d > 0.0}
 
-    try:
-        torch.zeros(1, device=device).item()
-    except (AssertionError, RuntimeError) as error:
-        raise InputError(f"torch cannot use the device '{device}' ({str(error).splitlines()[0]}): take cpu.") from None
+
+def _labels(samples: Samples) -> list[str]:
+    return [f"{v.name} [{v.unit}]" if v.unit else v.name for v in samples.outputs]
 
 
 def _networks(samples: Samples, split: Split, method: str, hidden: Any, seed: int, device: str, progress: Any) -> list:

@@ -58,7 +58,7 @@ def effective_parameters(JtJ: Tensor, alpha: Tensor, beta: Tensor) -> Tensor:
     return gamma
 
 
-def evidence_parameters(gamma: Tensor, sse: Tensor, ssw: Tensor, n_errors: int) -> tuple[Tensor, Tensor]:
+def evidence_parameters(gamma: Tensor, sse: Tensor, ssw: Tensor, n_errors: Tensor | float) -> tuple[Tensor, Tensor]:
     """Alpha and beta (B,) for gamma effective parameters (B,); a beta that is not positive and finite becomes 1."""
     import torch
 
@@ -66,7 +66,7 @@ def evidence_parameters(gamma: Tensor, sse: Tensor, ssw: Tensor, n_errors: int) 
     return gamma / (2 * ssw), torch.where((beta > 0) & beta.isfinite(), beta, torch.ones_like(beta))
 
 
-def log_evidence(JtJ: Array, alpha: float, beta: float, F: float, n_errors: int) -> float:
+def log_evidence(JtJ: Array, alpha: float, beta: float, F: float, n_errors: float) -> float:
     """ln p(targets | alpha, beta) = -F - ln det(beta J'J + alpha I) / 2 + P ln(alpha) / 2 + n ln(beta / pi) / 2.
 
     Exact for a linear model at its least F; else in Laplace's approximation.

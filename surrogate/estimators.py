@@ -10,17 +10,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils import check_random_state
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
 
+from surrogate import training
 from surrogate.levenberg_marquardt import Schedule
 from surrogate.local_models import LocalModel, LocalModelNetwork
 from surrogate.local_training import Criterion, LocalSettings
 from surrogate.network import Network
 from surrogate.scaling import Array
+from surrogate.settings import Allowed, Number, check
 from surrogate.training import METHODS, Algorithm, Method, train_local_models, train_networks
 
 Split = tuple[np.ndarray, np.ndarray | None]
 Variables = list[tuple[str, str]]
+
+
+ALLOWED: dict[str, Allowed] = {
+    "restarts": training.ALLOWED["restarts"],
+    "hidden_layer_sizes": training.ALLOWED["hidden"],
+    "validation_fraction": Number(0.0, 1.0, above=True),
+}
+"""Settings of the estimators that no trainer checks."""
 
 
 class _SurrogateRegressor(RegressorMixin, BaseEstimator):
@@ -40,23 +50,31 @@ class _SurrogateRegressor(RegressorMixin, BaseEstimator):
     def _like_y(self, Y: Array) -> Array:
         return Y[:, 0] if self._y_is_1d else Y
 
-    def _samples(self, X: ArrayLike, y: ArrayLike) -> tuple[Array, Array, Variables, Variables]:
-        """Checked X (n, d) and Y (n, m), and names for their columns."""
+    def _samples(
+        self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None
+    ) -> tuple[Array, Array, Array | None, Variables, Variables]:
+        """Checked X (n, d), Y (n, m) and weights (n,), names for their columns; samples of weight 0 are left out."""
         names = list(getattr(y, "columns", [])) or [name for name in [getattr(y, "name", None)] if name is not None]
         checked = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True, ensure_min_samples=2)
         X, Y = (np.asarray(values, dtype=float) for values in checked)
         self._y_is_1d = Y.ndim == 1
         Y = Y.reshape(len(Y), -1)
+        weights = None
+        if sample_weight is not None:
+            weights = np.asarray(_check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True))
+            counted = weights > 0
+            if counted.sum() < 2:
+                raise ValueError(f"sample_weight leaves {counted.sum()} samples, but at least 2 are needed.")
+            X, Y, weights = X[counted], Y[counted], weights[counted]
         given = getattr(self, "feature_names_in_", [f"x{j + 1}" for j in range(X.shape[1])])
         names = names or ["y" if Y.shape[1] == 1 else f"y{o + 1}" for o in range(Y.shape[1])]
-        return X, Y, [(str(name), "") for name in given], [(str(name), "") for name in names]
+        return X, Y, weights, [(str(name), "") for name in given], [(str(name), "") for name in names]
 
     def _split(self, n: int, fraction: float | None, rng: np.random.RandomState) -> Split:
         """Rows for training, and for validation where a fraction of the samples is set apart."""
-        if not fraction:
+        if fraction is None or fraction == 0:
             return np.arange(n), None
-        if not 0 < fraction < 1:
-            raise ValueError(f"validation_fraction is {fraction:g}, but must be None or between 0 and 1.")
+        check({"validation_fraction": fraction}, ALLOWED)
         size, order = max(1, round(fraction * n)), rng.permutation(n)
         if size == n:
             raise ValueError(f"validation_fraction {fraction:g} of {n} samples leaves none for training: lower it.")
@@ -105,11 +123,10 @@ class _NetworkRegressor(_SurrogateRegressor):
         self.random_state = random_state
         self.verbose = verbose
 
-    def fit(self, X: ArrayLike, y: ArrayLike) -> _NetworkRegressor:
-        """Train on X (n, d) and y (n,) or (n, m)."""
-        X, Y, inputs, outputs = self._samples(X, y)
-        if self.restarts < 1:
-            raise ValueError(f"restarts is {self.restarts}, but at least 1 is needed.")
+    def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> _NetworkRegressor:
+        """Train on X (n, d) and y (n,) or (n, m); a sample counts as often as its weight (n,) says."""
+        X, Y, weights, inputs, outputs = self._samples(X, y, sample_weight)
+        check({"restarts": self.restarts, "hidden_layer_sizes": self.hidden_layer_sizes}, ALLOWED)
         rng = check_random_state(self.random_state)
         seed = int(rng.randint(2**31 - 1))
         rows, validation_rows = self._split(len(X), self.validation_fraction, rng)
@@ -135,6 +152,7 @@ class _NetworkRegressor(_SurrogateRegressor):
                 hidden=self.hidden_layer_sizes,
                 method=self._method,
                 schedule=schedule,
+                sample_weight=weights,
                 device=self.device,
                 progress=progress,
             )
@@ -308,9 +326,9 @@ class _LocalModelRegressor(_SurrogateRegressor):
         self.random_state = random_state
         self.verbose = verbose
 
-    def fit(self, X: ArrayLike, y: ArrayLike) -> _LocalModelRegressor:
-        """Grow on X (n, d) and y (n,) or (n, m)."""
-        X, Y, inputs, outputs = self._samples(X, y)
+    def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> _LocalModelRegressor:
+        """Grow on X (n, d) and y (n,) or (n, m); a sample counts as often as its weight (n,) says."""
+        X, Y, weights, inputs, outputs = self._samples(X, y, sample_weight)
         fraction = self.validation_fraction if self.criterion == "validation" else None
         rows, validation_rows = self._split(len(X), fraction, check_random_state(self.random_state))
         settings = LocalSettings(self.local_model, self.criterion, self.smoothness, self.max_models, self.patience)
@@ -324,6 +342,7 @@ class _LocalModelRegressor(_SurrogateRegressor):
                 validation_rows=validation_rows,
                 algorithm=self._algorithm,
                 settings=settings,
+                sample_weight=weights,
                 progress=progress,
             )
         self.n_models_ = self.network_.models

@@ -66,13 +66,14 @@ class NestedSplit:
     def loss(self, q: Array) -> float:
         """Sum of squared errors with the halves' validities q (n, 2), both models estimated anew."""
         outputs = self.samples.outputs(self.samples.fit(q))
-        return float(((self.rest - (q[:, :, None] * outputs).sum(1)) ** 2).sum())
+        return self.samples.squared(self.rest - (q[:, :, None] * outputs).sum(1))
 
     def loss_and_gradient(self, theta: Array, kappa: float) -> tuple[float, Array]:
         """Loss at theta = (v, c), where v need not have length 1, and its gradient (d + 1,).
 
         The coefficients w_i of a half follow from its validities q_i, d w_i = (A'Q_i A)^-1 A' dQ_i (y - A w_i). With
-        e the errors and l_i = (A'Q_i A)^-1 A'Q_i e, that adds (A l_i)(y - A w_i) to the slope e (A w_i) of q_i alone.
+        e the errors and l_i = (A'Q_i A)^-1 A'Q_i e, that adds (A l_i)(y - A w_i) to the slope e (A w_i) of q_i alone;
+        every sample by its weight.
         """
         data, v, c = self.samples, theta[:-1], theta[-1]
         length = float(np.linalg.norm(v))
@@ -82,13 +83,14 @@ class NestedSplit:
         p = data.outputs(data.solve(G, data.moments(q, data.y)))
         e = self.rest - (q[:, :, None] * p).sum(1)
         adjoint = data.outputs(data.solve(G, data.moments(q, e)))
-        slopes = -2.0 * (e[:, None] * p + adjoint * (data.y[:, None] - p)).sum(2)
+        slopes = -2.0 * data.v[:, None] * (e[:, None] * p + adjoint * (data.y[:, None] - p)).sum(2)
         by_t = kappa * q[:, 0] * q[:, 1] / np.maximum(self.parent, NEGLIGIBLE) * (slopes[:, 1] - slopes[:, 0])
         by_v = (by_t @ data.z - (by_t @ t) * v / length) / length
-        return float((e * e).sum()), np.append(by_v, -by_t.sum() / length)
+        return data.squared(e), np.append(by_v, -by_t.sum() / length)
 
     def centres(self, q: Array) -> Array:
         """Centres (2, d) of the halves, weighted by their validities q (n, 2)."""
+        q = q * self.samples.v[:, None]
         return (q.T @ self.samples.z) / np.maximum(q.sum(0), np.finfo(float).tiny)[:, None]
 
 
@@ -171,7 +173,8 @@ class Hilomot:
 
     def _start(self, problem: NestedSplit, tree: SplitTree, model: int) -> _Cut | None:
         """The best cut through the centre of the model along an axis or its parent's direction."""
-        centre = problem.parent @ problem.samples.z / problem.parent.sum()
+        own = problem.parent * problem.samples.v
+        centre = own @ problem.samples.z / own.sum()
         directions = [*np.eye(len(centre)), *tree.directions[(tree.children == -1 - model).any(axis=1)]]
         cuts = (self._cut(problem, direction, float(direction @ centre)) for direction in directions)
         return min((cut for cut in cuts if cut is not None), key=lambda cut: cut.loss, default=None)
@@ -184,7 +187,7 @@ class Hilomot:
         if steepness is None:
             return None
         q = problem.shares(direction, offset, steepness)
-        if (q.sum(0) < problem.samples.terms_count).any():
+        if (problem.samples.share(q) < problem.samples.terms_count).any():
             return None
         return _Cut(direction, offset, steepness, problem.loss(q))
 

@@ -14,7 +14,6 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, CancelledError, ThreadPoolExecutor, wait
 from dataclasses import dataclass, fields, replace
-from math import inf
 from typing import TYPE_CHECKING, Protocol
 
 from surrogate.bayesian_regularization import (
@@ -25,6 +24,7 @@ from surrogate.bayesian_regularization import (
     shifted,
 )
 from surrogate.scaling import Array
+from surrogate.settings import Allowed, Number, Whole, check
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -43,8 +43,8 @@ class Problems(Protocol):
     """A batch of B least-squares problems with P parameters each."""
 
     @property
-    def n_errors(self) -> int:
-        """Number of errors of one problem."""
+    def n_errors(self) -> Tensor | float:
+        """Number of errors of each problem (B,), or one for all; with weights, their sum."""
 
     def sum_squared_errors(self, w: Tensor) -> Tensor:
         """e'e (B,) at w (B, P), in float64."""
@@ -57,6 +57,18 @@ class Problems(Protocol):
 
     def to(self, device: str) -> Problems:
         """The same on a device of torch."""
+
+
+ALLOWED: dict[str, Allowed] = {
+    "epochs": Whole(0, 1_000_000),
+    "mu": Number(0.0, above=True),
+    "mu_decrease": Number(0.0, 1.0, above=True),
+    "mu_increase": Number(1.0, above=True),
+    "mu_max": Number(0.0, above=True),
+    "min_grad": Number(0.0),
+    "max_fail": Whole(1, 1_000_000),
+}
+"""Settings of a `Schedule`."""
 
 
 @dataclass(frozen=True)
@@ -76,17 +88,7 @@ class Schedule:
 
     def __post_init__(self) -> None:
         """Refuse what would never end."""
-        allowed = {
-            "epochs": (self.epochs >= 0, "at least 0"),
-            "mu": (0 < self.mu < inf, "positive and finite"),
-            "mu_decrease": (0 < self.mu_decrease <= 1, "above 0 and at most 1"),
-            "mu_increase": (1 < self.mu_increase < inf, "above 1 and finite"),
-            "mu_max": (0 < self.mu_max < inf, "positive and finite"),
-            "max_fail": (self.max_fail >= 1, "at least 1"),
-        }
-        for name, (is_allowed, values) in allowed.items():
-            if not is_allowed:
-                raise ValueError(f"{name} is {getattr(self, name)}, but must be {values}.")
+        check(vars(self), ALLOWED)
 
 
 PLAIN_SCHEDULE = Schedule(mu=0.001)
@@ -183,7 +185,6 @@ class _Trainer:
 
     schedule: Schedule
     evidence: bool
-    n_errors: int
 
 
 def train(
@@ -208,9 +209,10 @@ def train(
     """
     import torch
 
+    check_device(device)
     torch_threads = torch.get_num_threads()
     n_groups = min(torch_threads, -(-len(w) // LEAST_GROUP)) if torch.device(device).type == "cpu" else 1
-    trainer = _Trainer(schedule, evidence, problems.n_errors)
+    trainer = _Trainer(schedule, evidence)
     done, lock, cancelled = [0] * n_groups, threading.Lock(), threading.Event()
 
     def train_group(group: int) -> list[Fit]:
@@ -239,6 +241,21 @@ def train(
     finally:
         torch.set_num_threads(torch_threads)
     return [fits[futures[j % n_groups]][j // n_groups] for j in range(len(w))]
+
+
+def check_device(device: str) -> None:
+    """Refuse a device that does not compute.
+
+    Raises:
+        ValueError: torch's reason.
+    """
+    import torch
+
+    try:
+        torch.zeros(1, device=torch.device(device)).item()
+    except Exception as error:  # of many kinds, one for each way in which a device is missing
+        reason = (str(error).splitlines() or [""])[0][:120]
+        raise ValueError(f"torch cannot use the device {device!r} ({reason}): take cpu.") from None
 
 
 def _train_group(
@@ -281,7 +298,7 @@ def _start(problems: Problems, validation: Problems | None, w: Tensor, trainer: 
 
     sse, JtJ, Jte = problems.normal_equations(w)
     gamma = torch.full_like(sse, w.shape[1])
-    alpha, beta = _weights_of_the_objective(gamma, sse, w, trainer)
+    alpha, beta = _weights_of_the_objective(gamma, sse, w, trainer, problems)
     number = torch.arange(len(w), device=w.device)
     mu = torch.full_like(sse, trainer.schedule.mu)
     validation_sse = validation.sum_squared_errors(w) if validation else torch.zeros_like(sse)
@@ -291,13 +308,15 @@ def _start(problems: Problems, validation: Problems | None, w: Tensor, trainer: 
     )
 
 
-def _weights_of_the_objective(gamma: Tensor, sse: Tensor, w: Tensor, trainer: _Trainer) -> tuple[Tensor, Tensor]:
+def _weights_of_the_objective(
+    gamma: Tensor, sse: Tensor, w: Tensor, trainer: _Trainer, problems: Problems
+) -> tuple[Tensor, Tensor]:
     """Alpha and beta (B,)."""
     import torch
 
     if not trainer.evidence:
         return torch.zeros_like(sse), torch.ones_like(sse)
-    return evidence_parameters(gamma, sse, (w * w).sum(1), trainer.n_errors)
+    return evidence_parameters(gamma, sse, (w * w).sum(1), problems.n_errors)
 
 
 def _stops(state: _State, schedule: Schedule) -> dict[str, Tensor]:
@@ -323,10 +342,10 @@ def _step(problems: Problems, validation: Problems | None, state: _State, traine
     refused = replace(state, mu=state.mu * schedule.mu_increase)
     if not lower.any():
         return refused
-    before, w = state.take(lower), w[lower]
-    sse, JtJ, Jte = problems.take(lower).normal_equations(w)
+    before, w, problems = state.take(lower), w[lower], problems.take(lower)
+    sse, JtJ, Jte = problems.normal_equations(w)
     gamma = effective_parameters(JtJ, before.alpha, before.beta) if trainer.evidence else before.gamma
-    alpha, beta = _weights_of_the_objective(gamma, sse, w, trainer)
+    alpha, beta = _weights_of_the_objective(gamma, sse, w, trainer, problems)
     mu = (before.mu * schedule.mu_decrease).clamp(min=MU_MIN)
     epoch = before.epoch + 1
     validation_sse = validation.take(lower).sum_squared_errors(w) if validation else before.validation_sse
@@ -352,6 +371,8 @@ def _step(problems: Problems, validation: Problems | None, state: _State, traine
 
 def _fits(problems: Problems, state: _State, history: Tensor, stop: str, trainer: _Trainer) -> list[tuple[Fit, int]]:
     """The ended problems with their numbers, at the best of their parameters."""
+    import torch
+
     JtJ = state.JtJ
     if (state.best_epoch != state.epoch).any():
         _, JtJ, _ = problems.normal_equations(state.best_w)
@@ -363,9 +384,10 @@ def _fits(problems: Problems, state: _State, history: Tensor, stop: str, trainer
         alpha, beta, gamma = (float(values[best]) for values in (record.alpha, record.beta, record.gamma))
         evidence, factor = None, None
         if trainer.evidence:
+            one = torch.arange(i, i + 1, device=state.w.device)
             matrix = JtJ[i].cpu().numpy()
             F = beta * record.sse[best] + alpha * record.ssw[best]
-            evidence = log_evidence(matrix, alpha, beta, F, trainer.n_errors)
+            evidence = log_evidence(matrix, alpha, beta, F, float(problems.take(one).n_errors))
             factor = posterior_factor(matrix, alpha, beta)
         w = state.best_w[i].cpu().numpy().copy()
         found.append((Fit(w, alpha, beta, gamma, record, evidence, factor), number))

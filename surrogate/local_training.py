@@ -15,6 +15,7 @@ import numpy as np
 from surrogate.local_models import LocalModel, polynomial_basis, polynomial_terms
 from surrogate.partitions import Partition
 from surrogate.scaling import Array
+from surrogate.settings import Allowed, Choice, Number, Whole, check
 
 RIDGE = 1e-10
 """Added to the diagonal of a normal matrix, as a share of that of all samples: cells of a lattice may hold too few
@@ -23,6 +24,16 @@ levels of an input for a quadratic model, and the least parameters are as good a
 Criterion = Literal["validation", "aicc", "size"]
 """What ends the growth and chooses the network: the error on validation data, the corrected Akaike criterion, or
 nothing but the greatest number of models."""
+
+
+ALLOWED: dict[str, Allowed] = {
+    "local_model": Choice(get_args(LocalModel)),
+    "criterion": Choice(get_args(Criterion)),
+    "smoothness": Number(0.0, above=True),
+    "max_models": Whole(1, 10_000),
+    "patience": Whole(1, 10_000),
+}
+"""Settings of a growth."""
 
 
 @dataclass(frozen=True)
@@ -39,27 +50,28 @@ class LocalSettings:
 
     def __post_init__(self) -> None:
         """Refuse what would never end."""
-        if self.criterion not in get_args(Criterion):
-            raise ValueError(f"'{self.criterion}' is no criterion: choose {', '.join(get_args(Criterion))}.")
-        if not 0 < self.smoothness < np.inf:
-            raise ValueError(f"smoothness is {self.smoothness}, but must be positive and finite.")
-        for name in ("max_models", "patience"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}, but must be at least 1.")
+        check(vars(self), ALLOWED)
 
 
 class Samples:
-    """Scaled inputs z (n, d) and targets y (n, m), with what every least-squares problem over them shares."""
+    """Scaled inputs z (n, d), targets y (n, m) and weights v (n,), with what all least-squares problems of them share.
 
-    def __init__(self, z: Array, y: Array, local_model: LocalModel):
+    A sample counts as often as its weight says; without weights once.
+    """
+
+    def __init__(self, z: Array, y: Array, local_model: LocalModel, weights: Array | None = None):
         self.z, self.y = z, y
+        self.v = np.ones(len(z)) if weights is None else weights
         self.terms = polynomial_terms(local_model, z.shape[1])
         self.A = polynomial_basis(z, self.terms)
         i, j = np.triu_indices(len(self.terms))
         self._products = self.A[:, i] * self.A[:, j]
         self._place = np.zeros((len(self.terms),) * 2, dtype=int)
         self._place[i, j] = self._place[j, i] = np.arange(len(i))
-        self._ridge = np.diag(RIDGE * (self.A**2).sum(0))
+        squares = (self.v[:, None] * self.A**2).sum(0)
+        self._ridge = np.diag(
+            RIDGE * np.where(squares > 0.0, squares, squares.max())
+        )  # an input may be 0 in all samples
 
     @property
     def terms_count(self) -> int:
@@ -69,18 +81,26 @@ class Samples:
     def subset(self, rows: np.ndarray) -> Samples:
         """The samples that `rows` selects, regularised as all of them."""
         part = object.__new__(Samples)
-        part.__dict__ = self.__dict__ | {name: getattr(self, name)[rows] for name in ("z", "y", "A", "_products")}
+        part.__dict__ = self.__dict__ | {name: getattr(self, name)[rows] for name in ("z", "y", "v", "A", "_products")}
         return part
 
     def normal_matrices(self, q: Array) -> Array:
-        """A'QA (c, K, K) for each column of the weights q (n, c), with the ridge."""
-        products: Array = q.T @ self._products
+        """A'QVA (c, K, K) for each column of the validities q (n, c), with the ridge."""
+        products: Array = (q * self.v[:, None]).T @ self._products
         return products[:, self._place] + self._ridge
 
     def moments(self, q: Array, y: Array) -> Array:
-        """A'Qy (c, K, m) for each column of q (n, c), of values y (n, m) or (n, c, m)."""
-        weighted = q[:, :, None] * (y[:, None] if y.ndim == 2 else y)
+        """A'QVy (c, K, m) for each column of q (n, c), of values y (n, m) or (n, c, m)."""
+        weighted = (q * self.v[:, None])[:, :, None] * (y[:, None] if y.ndim == 2 else y)
         return (self.A.T @ weighted.reshape(len(q), -1)).reshape(-1, *weighted.shape[1:]).swapaxes(0, 1)
+
+    def share(self, q: Array) -> Array:
+        """How many samples, by weight, belong to each column of the validities q (n, c)."""
+        return np.asarray((q * self.v[:, None]).sum(0))
+
+    def squared(self, errors: Array) -> float:
+        """Sum of the squares of errors (n, m), each as often as its sample counts."""
+        return float((self.v[:, None] * errors**2).sum())
 
     def fit(self, q: Array) -> Array:
         """Coefficients (c, K, m) of the weighted least squares for each column of q (n, c)."""
@@ -192,10 +212,10 @@ def grow(
 
 def _split_the_worst(grown: Grown, samples: Samples, splitter: Splitter) -> Grown | None:
     """The network with its worst model split, or the next worst where that would not lower the training error."""
-    squares = (grown.errors(samples) ** 2).sum(1)
+    squares = (samples.v[:, None] * grown.errors(samples) ** 2).sum(1)
     for model in np.argsort(-(grown.phi.T @ squares), kind="stable"):
         candidate = splitter.split(grown, int(model), samples)
-        if candidate is not None and (candidate.errors(samples) ** 2).sum() < squares.sum():
+        if candidate is not None and samples.squared(candidate.errors(samples)) < squares.sum():
             return candidate
     return None
 
@@ -204,8 +224,8 @@ def _record(
     grown: Grown, samples: Samples, validation: Samples | None, splitter: Splitter
 ) -> tuple[float, float, float, float]:
     """Parameters, training error, validation error and AICc."""
-    N, M = len(samples.z), grown.phi.shape[1]
-    training = float(np.mean(grown.errors(samples) ** 2))
+    N, M = samples.v.sum(), grown.phi.shape[1]
+    training = _mean_square(grown, samples)
     split_parameters = splitter.split_parameters * (M - 1)
     k = _effective_parameters(grown.phi, samples) + split_parameters + 1
     few = N - 1 - k
@@ -214,8 +234,12 @@ def _record(
     if validation is not None:
         outputs = validation.outputs(grown.coefficients)
         there = Grown(grown.partition.validity(validation.z), grown.coefficients, outputs)
-        validated = float(np.mean(there.errors(validation) ** 2))
+        validated = _mean_square(there, validation)
     return M * samples.terms_count * samples.y.shape[1] + split_parameters, training, validated, float(aicc)
+
+
+def _mean_square(grown: Grown, samples: Samples) -> float:
+    return samples.squared(grown.errors(samples)) / float(samples.v.sum() * samples.y.shape[1])
 
 
 def _score(record: tuple[float, float, float, float], criterion: Criterion) -> float:

@@ -58,7 +58,7 @@ class Lolimot:
         best, least = None, np.inf
         for axis in range(samples.z.shape[1]):
             candidate = _halved(grown, model, axis, samples)
-            if candidate is not None and (loss := float((candidate.errors(samples) ** 2).sum())) < least:
+            if candidate is not None and (loss := samples.squared(candidate.errors(samples))) < least:
                 best, least = candidate, loss
         return best
 
@@ -71,7 +71,7 @@ def _halved(cells: _Cells, model: int, axis: int, samples: Samples) -> _Cells | 
     pair = gaussian_exponents(samples.z, *_gaussians(corners[0], corners[1], cells.sigma_per_width))
     exponents = replaced(cells.exponents, model, pair, 1)
     phi, new = normalised(exponents), [model, len(cells.lower)]
-    if (phi[:, new].sum(0) < samples.terms_count).any():
+    if (samples.share(phi[:, new]) < samples.terms_count).any():
         return None
     coefficients = samples.fit(phi[:, new])
     return _Cells(

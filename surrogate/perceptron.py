@@ -55,43 +55,53 @@ def split_parameters(w: Array, sizes: Sequence[int]) -> tuple[tuple[Array, ...],
 
 @dataclass(frozen=True)
 class PerceptronBatch:
-    """The data of B networks: x (B, d + 1, n), whose last row is ones, targets t (B, m, n).
+    """The data of B networks: x (B, d + 1, n), whose last row is ones, targets t (B, m, n), weights v (B, 1, n).
 
-    `sizes` are the numbers of inputs, of neurons in each hidden layer, and of outputs.
+    `sizes` are the numbers of inputs, of neurons in each hidden layer, and of outputs. The squares of a sample's errors
+    count as often as its weight says; without weights v is None.
     """
 
     x: Tensor
     t: Tensor
     sizes: tuple[int, ...]
+    v: Tensor | None = None
 
     @classmethod
-    def from_samples(cls, X: Array, T: Array, rows: Array, hidden: Sequence[int]) -> PerceptronBatch:
-        """Networks that see the samples `rows` (B, n) of the scaled inputs X (N, d) and targets T (N, m)."""
+    def from_samples(
+        cls, X: Array, T: Array, rows: Array, hidden: Sequence[int], weights: Array | None = None
+    ) -> PerceptronBatch:
+        """Networks that see the samples `rows` (B, n) of the scaled inputs X (N, d), targets T (N, m), weights (N,)."""
         import torch
 
         x = np.concatenate([X, np.ones((len(X), 1))], axis=1)[rows].swapaxes(1, 2)
         t = T[rows].swapaxes(1, 2)
         kind = _OneHiddenLayer if len(hidden) == 1 else _DeepBatch
         sizes = X.shape[1], *hidden, T.shape[1]
-        return kind(torch.from_numpy(np.ascontiguousarray(x)), torch.from_numpy(np.ascontiguousarray(t)), sizes)
+        v = None if weights is None else torch.from_numpy(weights[rows][:, np.newaxis])
+        return kind(torch.from_numpy(np.ascontiguousarray(x)), torch.from_numpy(np.ascontiguousarray(t)), sizes, v)
 
     @property
-    def n_errors(self) -> int:
-        """Errors of one network: samples x outputs."""
-        return self.t.shape[1] * self.t.shape[2]
+    def n_errors(self) -> Tensor | float:
+        """Errors of a network: samples x outputs; with weights (B,), each sample as often as it weighs."""
+        return self.t.shape[1] * (self.t.shape[2] if self.v is None else self.v.sum((1, 2)))
 
     def take(self, index: Tensor) -> Self:
         """The networks that `index` selects."""
-        return replace(self, x=self.x[index], t=self.t[index])
+        return replace(self, x=self.x[index], t=self.t[index], v=None if self.v is None else self.v[index])
 
     def to(self, device: str) -> Self:
         """The same on a device of torch."""
-        return replace(self, x=self.x.to(device), t=self.t.to(device))
+        v = None if self.v is None else self.v.to(device)
+        return replace(self, x=self.x.to(device), t=self.t.to(device), v=v)
 
     def sum_squared_errors(self, w: Tensor) -> Tensor:
         """e'e (B,) at the parameters w (B, P)."""
         _, e = self._forward(w, self.x, self.t)
-        return (e * e).sum((1, 2))
+        return (e * self._weighted(e)).sum((1, 2))
+
+    def _weighted(self, values: Tensor, part: slice = slice(None)) -> Tensor:
+        """Values (B, .., n), those of a sample times its weight."""
+        return values if self.v is None else values * self.v[:, :, part]
 
     def normal_equations(self, w: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """e'e (B,), J'J (B, P, P) and J'e (B, P) at the parameters w (B, P)."""
@@ -124,7 +134,7 @@ class _OneHiddenLayer(PerceptronBatch):
 
     Column p for output o is C[o, p] b_c(p), where the basis b = [(1 - a_s^2) x_i, a_s, 1] is shared by the outputs. C
     is LW[o, s] for a parameter of neuron s, and 1 or 0 for one of output o or another. So
-    J'J[p, q] = (C'C)[p, q] (b_c(p) b_c(q)) and J'e[p] = sum_o C[o, p] b_c(p) e_o.
+    J'J[p, q] = (C'C)[p, q] (b_c(p) b_c(q)) and J'e[p] = sum_o C[o, p] b_c(p) e_o, each sample by its weight.
     """
 
     def normal_equations(self, w: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -141,9 +151,10 @@ class _OneHiddenLayer(PerceptronBatch):
         C[:, :, : S * columns] = self._layers(w)[1][:, :, :-1].repeat_interleave(columns, dim=2)
         for o in range(m):
             C[:, o, S * columns + o * (S + 1) : S * columns + (o + 1) * (S + 1)] = 1.0
-        JtJ = (b @ b.mT)[:, c[:, None], c] * (C.mT @ C)
-        Jte = ((b @ e.mT)[:, c] * C.mT).sum(2)
-        return (e * e).sum((1, 2)), JtJ, Jte
+        b_v = self._weighted(b)
+        JtJ = (b_v @ b.mT)[:, c[:, None], c] * (C.mT @ C)
+        Jte = ((b_v @ e.mT)[:, c] * C.mT).sum(2)
+        return (e * self._weighted(e)).sum((1, 2)), JtJ, Jte
 
 
 class _DeepBatch(PerceptronBatch):
@@ -157,9 +168,10 @@ class _DeepBatch(PerceptronBatch):
             part = slice(first, first + chunk)
             a, e = self._forward(w, self.x[:, :, part], self.t[:, :, part])
             J = self._jacobian(w, a).flatten(1, 2)
-            JtJ += J.mT @ J
-            Jte += (J.mT @ e.mT.flatten(1, 2)[:, :, None])[:, :, 0]
-            sse += (e * e).sum((1, 2))
+            J_v = J if self.v is None else J * self.v[:, 0, part].repeat_interleave(m, dim=1)[:, :, None]
+            JtJ += J_v.mT @ J
+            Jte += (J_v.mT @ e.mT.flatten(1, 2)[:, :, None])[:, :, 0]
+            sse += (e * self._weighted(e, part)).sum((1, 2))
         return sse, JtJ, Jte
 
     def _jacobian(self, w: Tensor, a: list[Tensor]) -> Tensor:

@@ -8,15 +8,29 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 
+ROUNDING = 8 * np.finfo(float).eps
+"""A column that varies by less than this share of its size holds one value with rounding errors."""
+
+LEAST_RANGE, MOST_RANGE = 1e-150, 1e150
+"""Of a column: the squares of what lies between still are numbers."""
+
+
 def column_ranges(X: Array, names: Iterable[str]) -> Array:
     """Least and greatest value of each column of X (n, d), as an array (d, 2).
 
-    Raises ValueError for a column that does not vary, as it has no scale.
+    Raises:
+        ValueError: a column that does not vary but for rounding, as it has no scale, or whose squares are no numbers.
     """
     ranges = np.column_stack([X.min(axis=0), X.max(axis=0)])
     for name, (least, greatest) in zip(names, ranges, strict=True):
-        if least == greatest:
-            raise ValueError(f"'{name}' has the value {least:g} in every sample, but must vary: leave it out.")
+        if greatest - least <= ROUNDING * max(abs(least), abs(greatest)):
+            raise ValueError(
+                f"'{name}' has the value {least:g} in every sample but for rounding, and must vary: leave it out."
+            )
+        if not LEAST_RANGE < greatest - least < MOST_RANGE:
+            raise ValueError(
+                f"'{name}' lies between {least:g} and {greatest:g}, where squares are no numbers: take another unit."
+            )
     return ranges
 
 

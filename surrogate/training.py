@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -17,9 +18,23 @@ from surrogate.lolimot import Lolimot
 from surrogate.network import Network
 from surrogate.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 from surrogate.scaling import Array, column_ranges, to_symmetric, to_unit
+from surrogate.settings import Allowed, Choice, Layers, Whole, check
 
 Method = Literal["bayesian_regularization", "levenberg_marquardt"]
 Algorithm = Literal["lolimot", "hilomot"]
+
+ALLOWED: dict[str, Allowed] = {
+    "hidden": Layers(Whole(1, 10_000), 20),
+    "seed": Whole(0, 2**63 - 1),
+    "splits": Whole(1, 10_000),
+    "restarts": Whole(1, 10_000),
+    "method": Choice(("bayesian_regularization", "levenberg_marquardt")),
+    "algorithm": Choice(("lolimot", "hilomot")),
+}
+"""Settings of a training."""
+
+MOST_MEMORY = 16 * 1024**3
+"""Bytes of the normal matrices of a batch."""
 
 METHODS: dict[Method, tuple[str, Schedule]] = {
     "bayesian_regularization": ("Levenberg-Marquardt with Bayesian regularisation", Schedule()),
@@ -39,6 +54,7 @@ def train_networks(
     method: Method = "bayesian_regularization",
     validation_rows: ArrayLike | None = None,
     schedule: Schedule | None = None,
+    sample_weight: ArrayLike | None = None,
     device: str = "cpu",
     progress: Callable[[int, int], None] | None = None,
 ) -> list[tuple[Network, History]]:
@@ -47,8 +63,9 @@ def train_networks(
     X (N, d) and Y (N, m) are all samples in their units; `inputs` and `outputs` give (name, unit) of their columns.
     Row j of `rows` (B, n) numbers the samples that network j is trained on, row j of `validation_rows` those that stop
     it early. `hidden` is the number of neurons, one for each hidden layer. The ranges of all N samples map to [-1, 1]
-    (paper eq. 43), so that the networks share one scale. `device` is torch's: 'cpu', 'cuda' ...
-    `progress(epochs done, all epochs)` follows the slowest one.
+    (paper eq. 43), so that the networks share one scale. The squared errors of a sample count as often as its
+    `sample_weight` (N,) says. `device` is torch's: 'cpu', 'cuda' ... `progress(epochs done, all epochs)` follows the
+    slowest one.
 
     Needs torch. On the processor the same seed gives the same bits on the same machine, whatever the number of its
     cores in use.
@@ -56,18 +73,17 @@ def train_networks(
     X, Y = checked_samples(X, inputs, "X"), checked_samples(Y, outputs, "Y")
     if len(X) != len(Y):
         raise ValueError(f"X has {len(X)} samples and Y has {len(Y)}, but each sample needs both.")
-    if method not in METHODS:
-        raise ValueError(f"'{method}' is no training method: choose {' or '.join(METHODS)}.")
-    layers = (int(hidden),) if isinstance(hidden, int | np.integer) else tuple(hidden)
-    if not layers or min(layers) < 1:
-        raise ValueError(f"{hidden} hidden neurons were asked for, but at least 1 is needed in each hidden layer.")
-    rows = _checked_rows(rows, len(X), "rows")
+    check({"method": method, "hidden": hidden, "seed": seed}, ALLOWED)
+    layers = (int(hidden),) if isinstance(hidden, int | np.integer) else tuple(map(int, hidden))
+    rows = _checked_rows(rows, len(X), "rows", least=2)
+    weights = _checked_weights(sample_weight, len(X))
+    _check_size((X.shape[1], *layers, Y.shape[1]), len(rows))
     input_ranges = column_ranges(X, [name for name, _ in inputs])
     target_ranges = column_ranges(Y, [name for name, _ in outputs])
     X_p, T_p = to_symmetric(X, input_ranges), to_symmetric(Y, target_ranges)
 
     def problems(rows: Array) -> PerceptronBatch:
-        return PerceptronBatch.from_samples(X_p, T_p, rows, layers)
+        return PerceptronBatch.from_samples(X_p, T_p, rows, layers, weights)
 
     validation = None
     if validation_rows is not None:
@@ -119,11 +135,12 @@ def train_local_models(
     algorithm: Algorithm,
     validation_rows: ArrayLike | None = None,
     settings: LocalSettings | None = None,
+    sample_weight: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[LocalModelNetwork, Growth]:
     """Grow a local model network; its outputs share the cells (the paper trains one network for each output).
 
-    X, Y, `inputs` and `outputs` are as for `train_networks`. `rows` (n,) numbers the training samples,
+    X, Y, `inputs`, `outputs` and `sample_weight` are as for `train_networks`. `rows` (n,) numbers the training samples,
     `validation_rows` (v,) those that end the growth. `progress(models, most models)`.
     """
     from threadpoolctl import threadpool_limits
@@ -132,16 +149,16 @@ def train_local_models(
     if len(X) != len(Y):
         raise ValueError(f"X has {len(X)} samples and Y has {len(Y)}, but each sample needs both.")
     settings = settings or LocalSettings()
-    if algorithm not in ("lolimot", "hilomot"):
-        raise ValueError(f"'{algorithm}' is no algorithm: choose lolimot or hilomot.")
+    check({"algorithm": algorithm}, ALLOWED)
+    weights = _checked_weights(sample_weight, len(X))
     input_ranges = column_ranges(X, [name for name, _ in inputs])
     target_ranges = column_ranges(Y, [name for name, _ in outputs])
     z, y = to_unit(X, input_ranges), to_unit(Y, target_ranges)
 
     def samples(rows: Array) -> Samples:
-        return Samples(z[rows], y[rows], settings.local_model)
+        return Samples(z[rows], y[rows], settings.local_model, None if weights is None else weights[rows])
 
-    training = samples(_checked_rows(np.atleast_2d(rows), len(X), "rows")[0])
+    training = samples(_checked_rows(np.atleast_2d(rows), len(X), "rows", least=2)[0])
     validation = None
     if validation_rows is not None:
         validation = samples(_checked_rows(np.atleast_2d(validation_rows), len(X), "validation_rows")[0])
@@ -189,10 +206,34 @@ def checked_samples(values: ArrayLike, variables: Sequence[tuple[str, str]], nam
     return values
 
 
-def _checked_rows(rows: ArrayLike, samples: int, name: str, networks: int | None = None) -> np.ndarray:
+def _checked_rows(rows: ArrayLike, samples: int, name: str, networks: int | None = None, least: int = 1) -> np.ndarray:
     rows = np.asarray(rows)
     if rows.ndim != 2 or rows.size == 0 or rows.min() < 0 or rows.max() >= samples:
         raise ValueError(f"{name} must number samples from 0 to {samples - 1}, one row of numbers for each network.")
+    if rows.shape[1] < least:
+        raise ValueError(
+            f"{rows.shape[1]} sample is left for training, but at least {least} are needed: give more rows."
+        )
     if networks is not None and len(rows) != networks:
         raise ValueError(f"{name} has {len(rows)} rows of numbers, but there are {networks} networks.")
     return rows
+
+
+def _checked_weights(weights: ArrayLike | None, samples: int) -> Array | None:
+    if weights is None:
+        return None
+    weights = np.asarray(weights, dtype=float)
+    if weights.shape != (samples,) or not np.isfinite(weights).all() or (weights <= 0).any():
+        raise ValueError(f"sample_weight has the shape {weights.shape}, but must be {samples} finite numbers above 0.")
+    return weights
+
+
+def _check_size(sizes: tuple[int, ...], networks: int) -> None:
+    """Refuse normal matrices that no machine holds, before they are asked for."""
+    parameters = sum(size * (before + 1) for before, size in pairwise(sizes))
+    needed = 8 * networks * parameters**2
+    if needed > MOST_MEMORY:
+        raise ValueError(
+            f"{networks} networks of {parameters} parameters need {needed / 1024**3:.3g} GiB for normal matrices, "
+            f"and {MOST_MEMORY / 1024**3:g} GiB are allowed: take fewer neurons or fewer networks."
+        )

@@ -55,6 +55,8 @@ def test_the_whole_range_and_its_ends_are_allowed(name):
         (None, "give two numbers"),
         (10, "give two numbers"),
         ((1, 2, 3), "give two numbers"),
+        ("12", "give two numbers"),
+        (b"12", "give two numbers"),
         ((), "give two numbers"),
     ],
 )

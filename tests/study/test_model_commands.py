@@ -109,7 +109,11 @@ class TestTrain:
         options = ["--method", method, "--splits", "2", "--hidden", "4,3", "--output", tmp_path / "m.json", "--json"]
         code, printed, _ = command("train", folder / "wing.csv", *COLUMNS, *options)
         assert code == 0
-        assert json.loads(printed)["mse_independent"] < 1e-3
+        told = json.loads(printed)
+        assert told["mse_independent"] < 1e-3
+        assert told["r2_independent lift"] > 0.99
+        assert 0 < told["rmse_independent lift [N]"] < 0.05 * np.ptp(table()["lift"].dropna())
+        assert told["rmse_independent drag"] > 0
         model = load_model(tmp_path / "m.json")
         assert isinstance(model, Network if method == "lm" else LocalModelNetwork)
         assert method != "lm" or model.sizes == (2, 4, 3, 2)
@@ -145,6 +149,15 @@ class TestTrain:
             (["wing.csv", "--inputs", ",", "--outputs", "lift"], "name at least one column of each"),
             (["wing.csv", *COLUMNS, "--hidden", "4,x"], "give numbers of neurons"),
             (["wing.csv", *COLUMNS, "--splits", "0"], "--splits"),
+            (["wing.csv", *COLUMNS, "--splits", "1000000000"], "splits is 1000000000, but must be"),
+            (["wing.csv", *COLUMNS, "--hidden", "0"], "hidden is .0,., but must be a whole number"),
+            (["wing.csv", *COLUMNS, "--hidden", "999999999"], "hidden is .999999999,., but must be"),
+            (["wing.csv", *COLUMNS, "--hidden", ",".join(["4"] * 201)], "at most 20 hidden layers"),
+            (["wing.csv", *COLUMNS, "--hidden", "10000,10000"], "GiB for normal matrices"),
+            (["wing.csv", *COLUMNS, "--hidden", "9" * 400], "hidden is .9+ ..., but must be"),
+            (["wing.csv", *COLUMNS, "--hidden", "9" * 5000], "--hidden was given as"),
+            (["wing.csv", *COLUMNS, "--device", "gpu"], "torch cannot use the device 'gpu'"),
+            (["wing.csv", *COLUMNS, "--device", "privateuseone"], "torch cannot use the device 'privateuseone'"),
             (["wing.csv", *COLUMNS, "--device", "abacus"], "torch cannot use the device 'abacus'"),
             (["wing.csv", *COLUMNS, "--device", "meta"], "torch cannot use the device 'meta'"),
             (["wing.csv", *COLUMNS, "--method", "magic"], "--method"),

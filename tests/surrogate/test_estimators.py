@@ -22,7 +22,15 @@ ESTIMATORS = [
 ]
 
 
-@parametrize_with_checks(ESTIMATORS)
+SPLIT_BY_CHANCE = "A part is set apart for validation by chance, so a weight of 2 is no repeated row here."
+
+
+def expected_failures(estimator):
+    by_chance = not isinstance(estimator, BayesianRegularizationRegressor)
+    return {"check_sample_weight_equivalence_on_dense_data": SPLIT_BY_CHANCE} if by_chance else {}
+
+
+@parametrize_with_checks(ESTIMATORS, expected_failed_checks=expected_failures)
 def test_convention(estimator, check):
     check(estimator)
 
@@ -96,21 +104,83 @@ def test_local_models_learn_friedmans_function(regressor, criterion):
 @pytest.mark.parametrize(
     ("estimator", "message"),
     [
-        (BayesianRegularizationRegressor(restarts=0), "at least 1"),
-        (LevenbergMarquardtRegressor(validation_fraction=1.5), "between 0 and 1"),
+        (BayesianRegularizationRegressor(restarts=0), "restarts is 0, but must be a whole number from 1"),
+        (
+            LevenbergMarquardtRegressor(validation_fraction=1.5),
+            "validation_fraction is 1.5, but must be a finite number above 0 to 1",
+        ),
         (LevenbergMarquardtRegressor(validation_fraction=0.999), "leaves none for training"),
-        (LevenbergMarquardtRegressor(mu_increase=1.0), "mu_increase is 1.0, but must be above 1"),
+        (LevenbergMarquardtRegressor(mu_increase=1.0), "mu_increase is 1.0, but must be a finite number above 1"),
         (BayesianRegularizationRegressor(mu_max=float("inf")), "mu_max is inf"),
-        (LolimotRegressor("cubic"), "choose 'linear'"),
-        (LolimotRegressor(criterion="bic"), "choose validation, aicc, size"),
-        (LolimotRegressor(max_models=0), "max_models is 0, but must be at least 1"),
-        (HilomotRegressor(smoothness=-1.0), "smoothness is -1.0, but must be positive"),
+        (LolimotRegressor("cubic"), "local_model is 'cubic', but must be one of linear, sparse_quadratic, quadratic"),
+        (LolimotRegressor(criterion="bic"), "criterion is 'bic', but must be one of validation, aicc, size"),
+        (LolimotRegressor(max_models=0), "max_models is 0, but must be a whole number from 1"),
+        (LevenbergMarquardtRegressor(2.5), "hidden_layer_sizes is 2.5, but must be a whole number from 1 to 10000"),
+        (LevenbergMarquardtRegressor("4"), "hidden_layer_sizes is '4'"),
+        (LevenbergMarquardtRegressor(None), "hidden_layer_sizes is None"),
+        (LevenbergMarquardtRegressor(True), "hidden_layer_sizes is True"),
+        (LevenbergMarquardtRegressor((4, 0)), r"hidden_layer_sizes is \(4, 0\)"),
+        (LevenbergMarquardtRegressor((4,) * 201), "at most 20 hidden layers"),
+        (LevenbergMarquardtRegressor(999999999), "hidden_layer_sizes is 999999999"),
+        (LevenbergMarquardtRegressor(10**400), r"hidden_layer_sizes is 10+ \.\.\., but"),
+        (LevenbergMarquardtRegressor(10**5000), "a number of thousands of digits"),
+        (LevenbergMarquardtRegressor((10000, 10000)), "GiB for normal matrices"),
+        (LevenbergMarquardtRegressor(3, epochs=None), "epochs is None, but must be a whole number from 0"),
+        (LevenbergMarquardtRegressor(3, epochs=1.5), "epochs is 1.5"),
+        (LevenbergMarquardtRegressor(3, device="gpu"), "torch cannot use the device 'gpu'"),
+        (LevenbergMarquardtRegressor(3, device="privateuseone"), "torch cannot use the device 'privateuseone'"),
+        (LevenbergMarquardtRegressor(3, device=None), "torch cannot use the device None"),
+        (HilomotRegressor(smoothness=-1.0), "smoothness is -1.0, but must be a finite number above 0"),
     ],
 )
 def test_wrong_parameters_are_refused(estimator, message):
     X, truth, _ = friedman(30, seed=7)
     with pytest.raises(ValueError, match=message):
         estimator.fit(X, truth)
+
+
+@pytest.mark.parametrize(
+    "estimator",
+    [
+        LolimotRegressor(criterion="aicc", max_models=6),
+        HilomotRegressor(criterion="aicc", max_models=4),
+        HilomotRegressor("quadratic", criterion="size", max_models=3),
+        BayesianRegularizationRegressor(3, restarts=1, epochs=15, random_state=0),
+        LevenbergMarquardtRegressor((3, 2), validation_fraction=None, restarts=1, epochs=15, random_state=0),
+    ],
+    ids=lambda estimator: type(estimator).__name__,
+)
+def test_a_weight_is_a_number_of_repetitions(estimator):
+    """Weights 0 .. 3 against rows that stand as often in the table: the same least squares, but for rounding."""
+    X, _, y = friedman(120, seed=11)
+    weights = np.random.default_rng(0).integers(0, 4, len(X))
+    weighted = clone(estimator).fit(X, y, sample_weight=weights)
+    repeated = clone(estimator).fit(np.repeat(X, weights, axis=0), np.repeat(y, weights))
+    np.testing.assert_allclose(weighted.predict(X), repeated.predict(X), rtol=1e-5)
+    assert np.abs(clone(estimator).fit(X, y).predict(X) - repeated.predict(X)).max() > 0.01
+
+
+def test_too_few_weights_are_refused():
+    X, y, _ = friedman(10, seed=12)
+    with pytest.raises(ValueError, match="leaves 1 samples, but at least 2"):
+        LolimotRegressor().fit(X, y, sample_weight=np.eye(10)[0])
+
+
+@pytest.mark.parametrize("estimator", [LolimotRegressor(), BayesianRegularizationRegressor(3, restarts=1, epochs=5)])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda X, y: (np.column_stack([X, np.where(y > 9, 0.1 + 0.2, 0.3)]), y), "'x6' has the value 0.3 .* rounding"),
+        (lambda X, y: (X, 1e-200 * y), "squares are no numbers: take another unit"),
+        (lambda X, y: (X, 1e-320 * np.arange(len(y))), "squares are no numbers"),
+        (lambda X, y: (1e200 * X, y), "squares are no numbers"),
+        (lambda X, y: (X, 7.0 + 1e-15 * (y > 9)), "'y' has the value 7 .* rounding"),
+    ],
+)
+def test_rounding_noise_is_no_signal(estimator, change, message):
+    X, y, _ = friedman(40, seed=13)
+    with pytest.raises(ValueError, match=message):
+        clone(estimator).fit(*change(X, y))
 
 
 def test_names_of_a_table_become_those_of_the_network():

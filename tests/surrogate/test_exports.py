@@ -261,7 +261,7 @@ def test_json(model):
     form = ClosedForm(document)
     std = [form.predict_std(x) for x in X.tolist()] if has_std(model) else document["std"]
     check(model, predict=[form.predict(x) for x in X.tolist()], std=std)
-    assert [form.in_range(x, 0.0) for x in (*X[:2], *OUTSIDE)] == [True, True, False, False]
+    assert [list(pair) for pair in form.ranges] == RANGES.tolist()
     assert [(v["name"], v["unit"]) for v in document["outputs"]] == list(OUTPUTS)
     assert [[v["least"], v["greatest"]] for v in document["inputs"]] == RANGES.tolist()
 

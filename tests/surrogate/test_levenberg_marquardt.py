@@ -119,9 +119,9 @@ def test_wrong_methods_and_rows_are_refused():
     X = random_inputs(60, seed=2)
     arguments = {"inputs": INPUTS, "outputs": OUTPUTS, "rows": [[0, 1, 2]], "seed": 0}
     for change, message in (
-        ({"method": "adam"}, "choose bayesian_regularization or levenberg_marquardt"),
+        ({"method": "adam"}, "method is 'adam', but must be one of bayesian_regularization, levenberg_marquardt"),
         ({"validation_rows": [[3], [4]]}, "validation_rows has 2 rows of numbers, but there are 1 networks"),
-        ({"hidden": ()}, "at least 1 is needed in each hidden layer"),
+        ({"hidden": ()}, r"hidden is \(\), but must be"),
     ):
         with pytest.raises(ValueError, match=message):
             train_networks(X, smooth_function(X), **(arguments | change))

@@ -164,10 +164,10 @@ def test_several_outputs_share_the_cells():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"algorithm": "cart"}, "choose lolimot or hilomot"),
+        ({"algorithm": "cart"}, "algorithm is 'cart', but must be one of lolimot, hilomot"),
         ({"rows": [0, 100]}, "from 0 to 99"),
         ({"Y": np.zeros((99, 1))}, "X has 100 samples and Y has 99"),
-        ({"settings": LocalSettings("cubic", "size")}, "choose 'linear'"),
+        ({"rows": [0]}, "1 sample is left for training, but at least 2 are needed"),
         ({}, "to stop by validation data, but there are none"),
     ],
 )

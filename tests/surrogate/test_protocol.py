@@ -123,7 +123,7 @@ def test_each_network_starts_from_weights_of_its_own():
         ({"Y": np.full((60, 2), np.nan)}, "Y holds values that are not finite"),
         ({"Y": np.ones((59, 2))}, "X has 60 samples and Y has 59"),
         ({"Y": np.ones((60, 2))}, "'speed' has the value 1 in every sample"),
-        ({"hidden": 0}, "0 hidden neurons"),
+        ({"hidden": 0}, "hidden is 0, but must be a whole number from 1"),
         ({"rows": [[0, 60]]}, "from 0 to 59"),
         ({"rows": [0, 1]}, "one row of numbers for each network"),
     ],
