@@ -94,12 +94,12 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
     ALLOW(READABLE);
+    if (!instance_can_get(c, true, vr, nvr, value)) return fmi2Error;
     Status status = OK;
-    for (size_t k = 0; k < nvr && status < ERROR; k++) {
+    for (size_t k = 0; k < nvr; k++) {
         bool flag = false;
-        REQUIRE(vr && value);
         const Status one = instance_get_booleans(c, vr + k, 1, &flag);
-        if (one < ERROR) value[k] = flag;
+        value[k] = flag;
         status = one > status ? one : status;
     }
     return (fmi2Status)status;
@@ -108,9 +108,9 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
 {
     ALLOW(INSTANTIATED | INITIALIZATION | INITIALIZED);
+    if (!instance_can_set(c, true, vr, nvr, value)) return fmi2Error;
     Status status = OK;
-    for (size_t k = 0; k < nvr && status < ERROR; k++) {
-        REQUIRE(vr && value);
+    for (size_t k = 0; k < nvr; k++) {
         const bool flag = value[k] != fmi2False;
         const Status one = instance_set_booleans(c, vr + k, 1, &flag);
         status = one > status ? one : status;
@@ -170,9 +170,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size)
 {
     ALLOW(ANY_MODE);
-    REQUIRE(FMUstate && size);
-    *size = instance_serialized_size();
-    return fmi2OK;
+    DONE(instance_serialized_size(c, FMUstate, size));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size)

@@ -278,9 +278,7 @@ fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size)
 {
     ALLOW(ANY_MODE);
-    REQUIRE(FMUState && size);
-    *size = instance_serialized_size();
-    return fmi3OK;
+    DONE(instance_serialized_size(instance, FMUState, size));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size)

@@ -1,25 +1,120 @@
-/* States of an FMU: copies of what an instance holds, and their bytes. */
+/* States of an FMU. A copy in memory and its bytes have one form, and both are checked before they are used: an importer
+   may give the state of another FMU, or bytes that were damaged where they were kept. */
 #include "internal.h"
 
 #include <math.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define WHOLE_WORDS(bytes) (((bytes) + sizeof(uint64_t) - 1) / sizeof(uint64_t) * sizeof(uint64_t))
+
+/* Mode, kind, refusals, holds. */
+enum { FLAGS = 2 + N_VARIABLES + N_INPUTS };
+
+/* Whole words, so that nothing lies between the members. */
+typedef struct {
+    char token[WHOLE_WORDS(sizeof MODEL_TOKEN)];
+    uint64_t size;
+    unsigned char flags[WHOLE_WORDS(FLAGS)];
+    double values[N_VARIABLES], memory[ROOM(N_MEMORY)];
+    uint64_t checksum;
+} State;
+
+/* Of all that lies before it. Each step is one to one, so that a change within one word never goes unnoticed. */
+static uint64_t checksum(const State *state)
+{
+    uint64_t sum = 0xCBF29CE484222325u;
+    for (size_t at = 0; at < offsetof(State, checksum); at += sizeof sum) {
+        uint64_t word;
+        memcpy(&word, (const char *)state + at, sizeof word);
+        sum = (sum ^ word) * 0x9E3779B97F4A7C15u;
+        sum ^= sum >> 32;
+    }
+    return sum;
+}
+
+static void pack(const Saved *saved, State *state)
+{
+    memset(state, 0, sizeof *state);
+    memcpy(state->token, MODEL_TOKEN, sizeof MODEL_TOKEN);
+    state->size = sizeof *state;
+    state->flags[0] = (unsigned char)saved->mode;
+    state->flags[1] = saved->is_model_exchange;
+    for (int v = 0; v < N_VARIABLES; v++) state->flags[2 + v] = saved->is_refused[v];
+    for (int k = 0; k < N_INPUTS; k++) state->flags[2 + N_VARIABLES + k] = saved->is_held[k];
+    memcpy(state->values, saved->values, sizeof saved->values);
+    memcpy(state->memory, saved->memory, sizeof saved->memory);
+    state->checksum = checksum(state);
+}
+
+static void unpack(const State *state, Saved *saved)
+{
+    saved->mode = (Mode)state->flags[0];
+    saved->is_model_exchange = state->flags[1] != 0;
+    for (int v = 0; v < N_VARIABLES; v++) saved->is_refused[v] = state->flags[2 + v] != 0;
+    for (int k = 0; k < N_INPUTS; k++) saved->is_held[k] = state->flags[2 + N_VARIABLES + k] != 0;
+    memcpy(saved->values, state->values, sizeof saved->values);
+    memcpy(saved->memory, state->memory, sizeof saved->memory);
+}
+
+/* Whether what was read can be the state of an instance. */
+static bool is_sound(const State *state)
+{
+    const int mode = state->flags[0], own = state->flags[1] ? EVENT | CONTINUOUS : STEP;
+    for (int k = 1; k < FLAGS; k++)
+        if (state->flags[k] > 1) return false;
+    for (int v = 0; v < N_VARIABLES; v++)
+        if (!instance_is_allowed(model_variables + v, state->values[v])) return false;
+    for (int k = 0; k < N_MEMORY; k++)
+        if (!isfinite(state->memory[k])) return false;
+    return mode && !(mode & (mode - 1)) && mode & (INSTANTIATED | INITIALIZATION | TERMINATED | own);
+}
+
+/* Whether a state is one of this FMU; of another one no more is read than what differs first. Logs if not. */
+static bool is_own(const Instance *i, const State *state)
+{
+    if (instance_is_missing(i, 1, state)) return false;
+    const bool is = !strncmp(state->token, MODEL_TOKEN, sizeof MODEL_TOKEN) && state->size == sizeof *state;
+    if (!is) instance_refuse(i, "The FMU state is not one of this FMU: give what GetFMUstate gave for it.");
+    return is;
+}
+
+/* Whether it can be used as well. */
+static bool is_whole(const Instance *i, const State *state)
+{
+    if (!is_own(i, state)) return false;
+    const bool is = state->checksum == checksum(state) && is_sound(state);
+    if (!is) instance_refuse(i, "The FMU state is damaged.");
+    return is;
+}
+
+/* Room for a state where there is none yet; NULL, with a message, when there can be none. */
+static State *room(const Instance *i, void **state)
+{
+    if (*state) return is_own(i, *state) ? *state : NULL;
+    *state = malloc(sizeof(State));
+    if (!*state) instance_refuse(i, "There is no memory for an FMU state.");
+    return *state;
+}
 
 Status instance_save(const Instance *i, void **saved)
 {
     if (instance_is_missing(i, 1, saved)) return ERROR;
-    if (!*saved) *saved = malloc(sizeof i->now);
-    if (!*saved) return instance_refuse(i, "There is no memory for an FMU state.");
-    *(Saved *)*saved = i->now;
+    State *state = room(i, saved);
+    if (!state) return ERROR;
+    pack(&i->now, state);
     return OK;
 }
 
 Status instance_restore(Instance *i, const void *saved)
 {
-    if (instance_is_missing(i, 1, saved)) return ERROR;
-    if (((const Saved *)saved)->is_model_exchange != i->now.is_model_exchange)
+    const State *state = saved;
+    if (!is_whole(i, state)) return ERROR;
+    if ((state->flags[1] != 0) != i->now.is_model_exchange)
         return instance_refuse(i, "The FMU state is that of an instance of the other kind.");
-    i->now = *(const Saved *)saved;
+    unpack(state, &i->now);
     i->is_step_refused = false;
     instance_touch(i);
     return OK;
@@ -28,64 +123,38 @@ Status instance_restore(Instance *i, const void *saved)
 Status instance_free_saved(const Instance *i, void **saved)
 {
     if (instance_is_missing(i, 1, saved)) return ERROR;
+    if (*saved && !is_own(i, *saved)) return ERROR;
     free(*saved);
     *saved = NULL;
     return OK;
 }
 
-/* Token, mode, kind, refusals, holds, values, memory; nothing between them. */
-enum { TOKEN_SIZE = sizeof MODEL_TOKEN, FLAGS = 2 + N_VARIABLES + N_INPUTS };
-
-size_t instance_serialized_size(void) { return TOKEN_SIZE + FLAGS + (N_VARIABLES + N_MEMORY) * sizeof(double); }
-
-Status instance_serialize(const Instance *i, const void *state, void *bytes, size_t size)
+Status instance_serialized_size(const Instance *i, const void *saved, size_t *size)
 {
-    if (instance_is_missing(i, 1, state) || instance_is_missing(i, 1, bytes)) return ERROR;
-    if (size < instance_serialized_size())
-        return instance_refuse(i, "An FMU state needs %zu bytes, %zu were given.", instance_serialized_size(), size);
-    const Saved *saved = state;
-    unsigned char *out = bytes, flags[FLAGS];
-    flags[0] = (unsigned char)saved->mode;
-    flags[1] = saved->is_model_exchange;
-    for (int v = 0; v < N_VARIABLES; v++) flags[2 + v] = saved->is_refused[v];
-    for (int k = 0; k < N_INPUTS; k++) flags[2 + N_VARIABLES + k] = saved->is_held[k];
-    memcpy(out, MODEL_TOKEN, TOKEN_SIZE);
-    memcpy(out + TOKEN_SIZE, flags, FLAGS);
-    memcpy(out + TOKEN_SIZE + FLAGS, saved->values, sizeof saved->values);
-    memcpy(out + TOKEN_SIZE + FLAGS + sizeof saved->values, saved->memory, N_MEMORY * sizeof(double));
+    if (instance_is_missing(i, 1, size) || !is_own(i, saved)) return ERROR;
+    *size = sizeof(State);
     return OK;
 }
 
-/* Whether what was read can be the state of an instance. */
-static bool is_sound(const Saved *saved, const unsigned char flags[])
+Status instance_serialize(const Instance *i, const void *saved, void *bytes, size_t size)
 {
-    const int own = saved->is_model_exchange ? EVENT | CONTINUOUS : STEP;
-    for (int k = 1; k < FLAGS; k++)
-        if (flags[k] > 1) return false;
-    for (int v = 0; v < N_VARIABLES; v++)
-        if (!instance_is_allowed(model_variables + v, saved->values[v])) return false;
-    for (int k = 0; k < N_MEMORY; k++)
-        if (!isfinite(saved->memory[k])) return false;
-    const int mode = flags[0];
-    return mode && !(mode & (mode - 1)) && mode & (INSTANTIATED | INITIALIZATION | TERMINATED | own);
+    if (instance_is_missing(i, 1, bytes) || !is_whole(i, saved)) return ERROR;
+    if (size < sizeof(State))
+        return instance_refuse(i, "An FMU state needs %zu bytes, %zu were given.", sizeof(State), size);
+    memcpy(bytes, saved, sizeof(State));
+    return OK;
 }
 
-Status instance_deserialize(const Instance *i, const void *bytes, size_t size, void **state)
+Status instance_deserialize(const Instance *i, const void *bytes, size_t size, void **saved)
 {
-    if (instance_is_missing(i, 1, bytes) || instance_is_missing(i, 1, state)) return ERROR;
-    const unsigned char *in = bytes, *flags = in + TOKEN_SIZE;
-    if (size != instance_serialized_size() || memcmp(in, MODEL_TOKEN, TOKEN_SIZE))
-        return instance_refuse(i, "The bytes are no state of this FMU.");
-    Saved saved;
-    saved.mode = (Mode)flags[0];
-    saved.is_model_exchange = flags[1] != 0;
-    for (int v = 0; v < N_VARIABLES; v++) saved.is_refused[v] = flags[2 + v] != 0;
-    for (int k = 0; k < N_INPUTS; k++) saved.is_held[k] = flags[2 + N_VARIABLES + k] != 0;
-    memcpy(saved.values, flags + FLAGS, sizeof saved.values);
-    memcpy(saved.memory, flags + FLAGS + sizeof saved.values, N_MEMORY * sizeof(double));
-    if (!is_sound(&saved, flags)) return instance_refuse(i, "The bytes are damaged and no state of this FMU.");
-    if (!*state) *state = malloc(sizeof saved);
-    if (!*state) return instance_refuse(i, "There is no memory for an FMU state.");
-    *(Saved *)*state = saved;
-    return OK;
+    if (instance_is_missing(i, 1, bytes) || instance_is_missing(i, 1, saved)) return ERROR;
+    if (size != sizeof(State))
+        return instance_refuse(i, "An FMU state of this FMU has %zu bytes, %zu were given.", sizeof(State), size);
+    void *read = malloc(sizeof(State)); /* the bytes may lie at any address */
+    if (!read) return instance_refuse(i, "There is no memory for an FMU state.");
+    memcpy(read, bytes, sizeof(State));
+    State *state = is_whole(i, read) ? room(i, saved) : NULL;
+    if (state) memcpy(state, read, sizeof *state);
+    free(read);
+    return state ? OK : ERROR;
 }

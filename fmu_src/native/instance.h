@@ -69,6 +69,10 @@ Status instance_initialize(Instance *);
 
 Status instance_get(Instance *, bool is_boolean, const unsigned references[], size_t n, double values[]);
 Status instance_set(Instance *, bool is_boolean, const unsigned references[], size_t n, const double values[]);
+/* Whether all of the variables can be got, or set, now; logs if not. Where it is true, the calls above and below are
+   refused for none of them. */
+bool instance_can_get(const Instance *, bool is_boolean, const unsigned references[], size_t n, const void *values);
+bool instance_can_set(const Instance *, bool is_boolean, const unsigned references[], size_t n, const void *values);
 Status instance_get_booleans(Instance *, const unsigned references[], size_t n, bool values[]);
 Status instance_set_booleans(Instance *, const unsigned references[], size_t n, const bool values[]);
 
@@ -89,7 +93,7 @@ Status instance_step(Instance *, double point, double duration);
 Status instance_save(const Instance *, void **saved);
 Status instance_restore(Instance *, const void *saved);
 Status instance_free_saved(const Instance *, void **saved);
-size_t instance_serialized_size(void);
+Status instance_serialized_size(const Instance *, const void *saved, size_t *size);
 Status instance_serialize(const Instance *, const void *saved, void *bytes, size_t size);
 Status instance_deserialize(const Instance *, const void *bytes, size_t size, void **saved);
 

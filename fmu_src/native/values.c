@@ -37,10 +37,22 @@ static bool have_starts(const Instance *i, const unsigned references[], size_t n
     return true;
 }
 
+/* Whether references and values are there, and the variables known; logs if not. */
+static bool are_given(const Instance *i, bool is_boolean, const unsigned references[], size_t n, const void *values)
+{
+    return !instance_is_missing(i, n, references) && !instance_is_missing(i, n, values) &&
+           instance_is_known(i, is_boolean, references, n);
+}
+
+bool instance_can_get(const Instance *i, bool is_boolean, const unsigned references[], size_t n, const void *values)
+{
+    return are_given(i, is_boolean, references, n, values) &&
+           (i->now.mode != INSTANTIATED || have_starts(i, references, n));
+}
+
 Status instance_get(Instance *i, bool is_boolean, const unsigned references[], size_t n, double values[])
 {
-    if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values) || !instance_is_known(i, is_boolean, references, n)) return ERROR;
-    if (i->now.mode == INSTANTIATED && !have_starts(i, references, n)) return ERROR;
+    if (!instance_can_get(i, is_boolean, references, n, values)) return ERROR;
     Status status = OK;
     for (size_t k = 0; k < n; k++) {
         const Kind kind = model_variables[references[k]].kind;
@@ -82,15 +94,23 @@ static unsigned settable_modes(const Variable *variable)
     }
 }
 
-Status instance_set(Instance *i, bool is_boolean, const unsigned references[], size_t n, const double values[])
+bool instance_can_set(const Instance *i, bool is_boolean, const unsigned references[], size_t n, const void *values)
 {
-    if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values) || !instance_is_known(i, is_boolean, references, n)) return ERROR;
+    if (!are_given(i, is_boolean, references, n, values)) return false;
     for (size_t k = 0; k < n; k++) {
         const Variable *variable = model_variables + references[k];
         const unsigned modes = settable_modes(variable);
-        if (!modes) return instance_refuse(i, "%s is computed by the FMU and cannot be set.", variable->name);
-        if (!(modes & i->now.mode)) return instance_refuse(i, "%s cannot be set in the present mode.", variable->name);
+        if (modes & i->now.mode) continue;
+        instance_refuse(i, modes ? "%s cannot be set in the present mode." : "%s is computed by the FMU and cannot be set.",
+                        variable->name);
+        return false;
     }
+    return true;
+}
+
+Status instance_set(Instance *i, bool is_boolean, const unsigned references[], size_t n, const double values[])
+{
+    if (!instance_can_set(i, is_boolean, references, n, values)) return ERROR;
     Status status = OK;
     for (size_t k = 0; k < n; k++) status = worse(status, take(i, references[k], values[k]));
     return status;
@@ -98,24 +118,21 @@ Status instance_set(Instance *i, bool is_boolean, const unsigned references[], s
 
 Status instance_get_booleans(Instance *i, const unsigned references[], size_t n, bool values[])
 {
-    if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values)) return ERROR;
+    if (!instance_can_get(i, true, references, n, values)) return ERROR;
     Status status = OK;
-    for (size_t k = 0; k < n && status < ERROR; k++) {
+    for (size_t k = 0; k < n; k++) {
         double number;
         status = worse(status, instance_get(i, true, references + k, 1, &number));
-        if (status < ERROR) values[k] = number != 0;
+        values[k] = number != 0;
     }
     return status;
 }
 
 Status instance_set_booleans(Instance *i, const unsigned references[], size_t n, const bool values[])
 {
-    if (instance_is_missing(i, n, references) || instance_is_missing(i, n, values)) return ERROR;
+    if (!instance_can_set(i, true, references, n, values)) return ERROR;
     Status status = OK;
-    for (size_t k = 0; k < n && status < ERROR; k++) {
-        const double number = values[k];
-        status = worse(status, instance_set(i, true, references + k, 1, &number));
-    }
+    for (size_t k = 0; k < n; k++) status = worse(status, take(i, references[k], values[k]));
     return status;
 }
 

@@ -4,7 +4,6 @@ import ctypes
 import math
 from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_void_p
 
-import numpy as np
 import pytest
 
 from tests.fmu_src.native_session import DISCARD, ERROR, OK, WARNING, doubles, references
@@ -415,70 +414,3 @@ class TestLog:
         session.set_named(control__rudder=1.0)
         session.step(0.0, 0.01)
         assert [(status, category) for status, category, _ in session.messages] == [(WARNING, "logStatusWarning")]
-
-
-class TestStates:
-    def saved(self, session):
-        state = c_void_p()
-        assert session.call(session.state_functions[0], byref(state)) == OK
-        return state
-
-    def serialized(self, session, state):
-        size = c_size_t()
-        assert session.call(session.serialize_functions[0], state, byref(size)) == OK
-        content = (ctypes.c_ubyte * size.value)()
-        assert session.call(session.serialize_functions[1], state, content, size) == OK
-        return content
-
-    def test_mode_comes_back_too(self, start):
-        session = start(is_initialized=False)
-        session.initialize(is_exited=False)
-        state = self.saved(session)
-        session.call("ExitInitializationMode")
-        session.step(0.0, 0.5)
-        assert session.call(session.state_functions[1], state) == OK
-        assert session.get_named("time") == [0.0]
-        assert session.step(0.0, 0.1) == ERROR
-        assert session.call("ExitInitializationMode") == OK
-        assert session.call(session.state_functions[2], byref(state)) == OK
-        assert state.value is None
-        assert session.call(session.state_functions[2], byref(state)) == OK
-
-    def test_state_of_the_other_kind(self, start):
-        stepping, continuous = start("cs"), start("me", is_initialized=False)
-        state = self.saved(stepping)
-        assert continuous.call(continuous.state_functions[1], state) == ERROR
-        stepping.call(stepping.state_functions[2], byref(state))
-
-    def test_every_damaged_byte_is_refused_or_harmless(self, start):
-        """A state from damaged bytes is refused, or is one that an instance could have: nothing in it is not finite."""
-        session = start(is_initialized=False)
-        session.initialize()
-        session.step(0.0, 0.1)
-        state = self.saved(session)
-        content = bytes(self.serialized(session, state))
-        rng = np.random.default_rng(3)
-        for place in range(len(content)):
-            damaged = bytearray(content)
-            damaged[place] ^= int(rng.integers(1, 256))
-            copy = c_void_p()
-            read = session.call(session.serialize_functions[2], bytes(damaged), c_size_t(len(content)), byref(copy))
-            assert read in (OK, ERROR)
-            if place < 39:
-                assert read == ERROR
-            if read == OK:
-                assert session.call(session.state_functions[1], copy) == OK
-                assert np.isfinite(session.get(range(VARIABLES))[1]).all()
-                session.call(session.state_functions[1], state)
-                session.call(session.state_functions[2], byref(copy))
-        for size in (0, 1, len(content) - 1, len(content) + 1):
-            given = (content + b"\0")[:size]
-            assert session.call(session.serialize_functions[2], given, c_size_t(size), byref(c_void_p())) == ERROR
-        session.call(session.state_functions[2], byref(state))
-
-    def test_too_small_a_buffer(self, start):
-        session = start(is_initialized=False)
-        state = self.saved(session)
-        small = (ctypes.c_ubyte * 8)()
-        assert session.call(session.serialize_functions[1], state, small, c_size_t(8)) == ERROR
-        session.call(session.state_functions[2], byref(state))
