@@ -24,6 +24,8 @@ USAGE = (
     "A step integrates by the classical Runge-Kutta method in parts of solver.substep, which are divided where a "
     "command arrives or the failure begins; servos and lag move in closed form. Inputs are constant over a step. "
     "Outputs are those at its end; before the first step the actuators have settled.",
+    "A step of more than 1000000 parts is refused. Up to 2048 changes of the commands may be on their way through the "
+    "delays at once; a step that adds one more is refused.",
     "With servos.on and engine.lag false and delays of 0 the aircraft moves as GtmDynamics.",
     "A state without derivatives (airspeed below 1 ft/s, sideslip or pitch of 90 deg), a value that is not finite or "
     "out of range, or reversed limits are logged in one sentence; the step is discarded and all values stay as before "

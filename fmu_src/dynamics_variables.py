@@ -92,8 +92,9 @@ USAGE = (
     "The states may be set before and in Initialization Mode, where der(state.*) and all other outputs can be read at "
     "once: this evaluates x, u -> der(x) for trim and linearisation without a step.",
     "A step integrates by the classical Runge-Kutta method in parts of solver.substep, the last one shortened. A state "
-    "without derivatives (airspeed below 1 ft/s, sideslip or pitch of 90 deg), a value that is not finite or reversed "
-    "limits are logged in one sentence; the step is discarded and all values stay as before it. No output is ever NaN.",
+    "without derivatives (airspeed below 1 ft/s, sideslip or pitch of 90 deg), a value that is not finite, reversed "
+    "limits or a step of more than 1000000 parts are logged in one sentence; the step is discarded and all values stay "
+    "as before it. No output is ever NaN.",
 )
 
 

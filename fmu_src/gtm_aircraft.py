@@ -10,7 +10,7 @@ from .slave import TableSlave
 SIMULATION_FAULTS = {
     7: "The limits of a control are reversed: lower above upper.",
     8: "A command, wind, setting or the fuel used is outside its range, or damage.case is no whole number.",
-    9: "The commands changed more than 64 times within the transport delays: take longer steps.",
+    9: "The commands changed more than 2048 times within the transport delays: take longer steps or shorter delays.",
     10: "The memory of the actuators is damaged.",
 }
 """``enum gtm_simulation_fault`` of gtm_simulation.h."""
@@ -67,9 +67,10 @@ class GtmAircraft(TableSlave):
         return None
 
     def _get_fmu_state(self):
-        return {**super()._get_fmu_state(), "memory": list(self.memory)}
+        return {**super()._get_fmu_state(), "memory": bytes(self.memory).hex()}
 
     def restore(self, state: dict) -> None:
         """Go back to what `_get_fmu_state` gave."""
         super().restore(state)
-        self.memory[:] = state["memory"]
+        memory = bytes.fromhex(state["memory"])
+        ctypes.memmove(self.memory, memory, len(memory))

@@ -14,7 +14,7 @@ FAULTS = {
     3: "The sideslip is 90 deg, where the angle of attack is undefined.",
     4: "The pitch angle is 90 or -90 deg, where bank and heading are undefined.",
     5: "The latitude is 90 or -90 deg, where the longitude is undefined.",
-    6: "The step takes more than 1e9 parts of solver.substep.",
+    6: "The step takes more than 1000000 parts of solver.substep: take shorter steps, or a longer solver.substep.",
 }
 """``enum gtm_fault`` of gtm_core.h."""
 

@@ -15,6 +15,9 @@
 
 enum { GTM_NX = 12, GTM_NU = 4, GTM_NY = 15, GTM_NXU = GTM_NX + GTM_NU, GTM_NT = 9 };
 
+/* Most substeps of one call, which nothing can stop: some seconds of processor time. */
+enum { GTM_SUBSTEPS = 1000000 };
+
 /* Why a state has no derivatives. */
 enum gtm_fault {
     GTM_FINE = 0,
@@ -23,7 +26,7 @@ enum gtm_fault {
     GTM_SIDEWAYS = 3,     /* |beta| = 90 deg: alpha is undefined */
     GTM_VERTICAL = 4,     /* theta = +-90 deg: phi and psi are undefined */
     GTM_AT_POLE = 5,      /* latitude = +-90 deg: longitude is undefined */
-    GTM_BAD_STEP = 6      /* a substep that is not positive, a negative duration, or more than 1e9 substeps */
+    GTM_BAD_STEP = 6      /* a substep that is not positive, a negative duration, or more than GTM_SUBSTEPS of them */
 };
 
 GTM_API int gtm_state_fault(const double x[GTM_NX]);

@@ -7,7 +7,7 @@
 
 #include "gtm_core.h"
 
-enum { GTM_SIMULATION_NX = GTM_NX + 1, GTM_SERVOS = 6, GTM_RECORDS = 64 };
+enum { GTM_SIMULATION_NX = GTM_NX + 1, GTM_SERVOS = 6, GTM_RECORDS = 2048 };
 
 /* Inputs, constant over a step. */
 typedef struct {
@@ -44,13 +44,19 @@ typedef struct {
     double time, servo[GTM_SERVOS], throttle, gear;
 } gtm_commands;
 
-/* What the actuators remember; all zero before the first step. Surfaces are those that the airframe feels, so after
-   their delay, and `start` is where they began. */
+/* Surfaces are those that the airframe feels, so after their delay, and `start` is where they began. */
 typedef struct {
     double is_begun, is_delayed, time;
     double surface[GTM_SERVOS], start[GTM_SERVOS], lag[2], throttle, gear;
-    double records;
-    gtm_commands record[GTM_RECORDS];       /* a change each, the oldest first */
+    double oldest, records;                 /* which of the ring, and how many */
+} gtm_actuators;
+
+/* What is remembered; all zero before the first step. Commands are kept in a ring, a change each, from the oldest on. The
+   two that a step may add go to free places, so that a step is undone by its actuators alone. */
+enum { GTM_RING = GTM_RECORDS + 2 };
+typedef struct {
+    gtm_actuators now;
+    gtm_commands ring[GTM_RING];
 } gtm_simulation_memory;
 
 /* Faults beyond those of gtm_core.h. */

@@ -77,7 +77,7 @@ static int runge_kutta_4(double *x, const double *u, double dt)
 
 int gtm_advance(double x[GTM_NX], const double u[GTM_NU], double duration, double substep)
 {
-    if (!(substep > 0 && duration >= 0 && duration / substep < 1e9)) return GTM_BAD_STEP;
+    if (!(substep > 0 && duration >= 0 && duration / substep <= GTM_SUBSTEPS * (1 + 1e-9))) return GTM_BAD_STEP;
     double moved[GTM_NX];
     memcpy(moved, x, sizeof moved);
     /* A duration that is a whole number of substeps but for rounding gets no sliver of a last step. */

@@ -13,6 +13,7 @@ from gtm_fmu.core.library import address, library, rows
 
 NX, NU, NY = len(STATES), len(CONTROLS), len(OUTPUTS)
 BAD_STEP = 6  # enum gtm_fault
+MOST_SUBSTEPS = 1_000_000  # GTM_SUBSTEPS of gtm_core.h
 
 
 def _rows(x, u) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
@@ -66,14 +67,17 @@ def advance(x, u, duration_s: float, substep_s: float) -> np.ndarray:
     """State (12) after ``duration_s`` with constant controls u (4), by Runge-Kutta steps of ``substep_s``.
 
     Raises:
-        ValueError: a substep that is not positive, or a negative duration.
+        ValueError: a substep that is not positive, a negative duration, or more than `MOST_SUBSTEPS`.
         FloatingPointError: a state on the way has no derivatives (see `state_fault`).
     """
     moved, u = rows(x, NX, "x").copy(), rows(u, NU, "u")
     duration, substep = ctypes.c_double(duration_s), ctypes.c_double(substep_s)
     fault = library().gtm_advance(address(moved), address(u), duration, substep)
     if fault == BAD_STEP:
-        raise ValueError(f"Cannot advance by {duration_s} s in steps of {substep_s} s; give positive numbers.")
+        raise ValueError(
+            f"Cannot advance by {duration_s} s in steps of {substep_s} s; give positive numbers, and {MOST_SUBSTEPS} "
+            "steps at most in one call."
+        )
     if fault:
         raise FloatingPointError(f"A state without derivatives is met on the way (fault {fault}, see gtm_core.h).")
     return moved

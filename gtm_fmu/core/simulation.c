@@ -33,7 +33,7 @@ static double rate_limit(const gtm_simulation_settings *p, int servo, double tim
 }
 
 /* What is left of a control: the travel of its servo, inside what the failure leaves. */
-static gtm_range authority(const gtm_simulation_settings *p, const gtm_simulation_memory *m, int control)
+static gtm_range authority(const gtm_simulation_settings *p, const gtm_actuators *m, int control)
 {
     const gtm_range whole = control == THROTTLE ? throttle_range : gtm_servo_range[control];
     if (!has_failed(p, m->time)) return whole;
@@ -60,7 +60,7 @@ static gtm_commands commands_of(const gtm_simulation_inputs *u, const gtm_simula
 }
 
 /* Before the first step: commands have always been as now. */
-static void settle(gtm_simulation_memory *m, const gtm_simulation_inputs *u, const gtm_simulation_settings *p)
+static void settle(gtm_actuators *m, const gtm_simulation_inputs *u, const gtm_simulation_settings *p)
 {
     const gtm_commands c = commands_of(u, p, 0);
     for (int i = 0; i < GTM_SERVOS; i++)
@@ -68,30 +68,46 @@ static void settle(gtm_simulation_memory *m, const gtm_simulation_inputs *u, con
     cas_settled_lag((arguments){&c.throttle}, (results){m->lag}, 0, 0, 0);
     m->throttle = c.throttle;
     m->gear = c.gear;
-    m->record[0] = c;
-    m->records = m->is_begun = 1;
+    m->is_begun = 1;
 }
 
-/* The latest commands of a time or before, or the oldest. */
-static const gtm_commands *recall(const gtm_simulation_memory *m, double time)
+/* The k-th of the commands that are remembered, of any k from 0 on. */
+static gtm_commands *commands_at(gtm_commands ring[GTM_RING], const gtm_actuators *m, int k)
 {
-    const gtm_commands *c = m->record + (int)m->records - 1;
-    while (c > m->record && c->time > time) c--;
-    return c;
+    return ring + ((int)m->oldest + k) % GTM_RING;
+}
+
+/* The first of the commands that arrive, after a delay, later than a time; as many as there are when none does. */
+static int first_after(gtm_commands ring[GTM_RING], const gtm_actuators *m, double delay, double time)
+{
+    int first = 0, end = (int)m->records;
+    while (first < end) {
+        const int middle = (first + end) / 2;
+        if (commands_at(ring, m, middle)->time + delay > time) end = middle;
+        else first = middle + 1;
+    }
+    return first;
+}
+
+/* The latest commands that have arrived, after a delay, at a time; or the oldest. */
+static int arrived(gtm_commands ring[GTM_RING], const gtm_actuators *m, double delay, double time)
+{
+    const int next = first_after(ring, m, delay, time);
+    return next > 0 ? next - 1 : 0;
 }
 
 /* Note the commands from a time on, and forget those that have arrived everywhere. */
-static int remember(gtm_simulation_memory *m, const gtm_simulation_inputs *u, const gtm_simulation_settings *p,
-                    double time)
+static int remember(gtm_commands ring[GTM_RING], gtm_actuators *m, const gtm_simulation_inputs *u,
+                    const gtm_simulation_settings *p, double time)
 {
     const gtm_commands c = commands_of(u, p, time);
-    const gtm_commands *last = m->record + (int)m->records - 1, *kept = recall(m, time - p->command_delay - p->surface_delay);
-    if (!memcmp(c.servo, last->servo, sizeof c - sizeof c.time)) return 0;
-    m->records -= (double)(kept - m->record);
-    memmove(m->record, kept, (size_t)m->records * sizeof *kept);
-    if (m->records == GTM_RECORDS) return GTM_TOO_MANY_COMMANDS;
-    m->record[(int)m->records] = c;
-    m->records++;
+    const int records = (int)m->records;
+    if (records && !memcmp(c.servo, commands_at(ring, m, records - 1)->servo, sizeof c - sizeof c.time)) return 0;
+    const int forgotten = arrived(ring, m, p->command_delay + p->surface_delay, time);
+    if (records - forgotten == GTM_RECORDS) return GTM_TOO_MANY_COMMANDS;
+    m->oldest = ((int)m->oldest + forgotten) % GTM_RING;
+    m->records = records - forgotten + 1;
+    *commands_at(ring, m, records - forgotten) = c;
     return 0;
 }
 
@@ -100,7 +116,7 @@ static int remember(gtm_simulation_memory *m, const gtm_simulation_inputs *u, co
 typedef struct {
     gtm_configuration airframe;
     const gtm_simulation_settings *p;
-    gtm_simulation_memory *m;
+    const gtm_actuators *m;
     double command[GTM_SERVOS], rate[GTM_SERVOS], throttle;
 } part;
 
@@ -188,16 +204,18 @@ static int runge_kutta_4(part *at, double x[NX], double dt)
 }
 
 /* Move on by dt from a time at which the memory is. */
-static int take_part(gtm_simulation_memory *m, const gtm_simulation_inputs *u, const gtm_simulation_settings *p,
-                     double x[NX], double dt)
+static int take_part(gtm_commands ring[GTM_RING], gtm_actuators *m, const gtm_simulation_inputs *u,
+                     const gtm_simulation_settings *p, double x[NX], double dt)
 {
-    const double middle = m->time + 0.5 * dt, arrived = middle - p->command_delay;
+    const double middle = m->time + 0.5 * dt;
     const int is_delayed = middle >= p->surface_delay; /* before, SPEC 10.1 lets the positions pass undelayed */
     if (is_delayed && !m->is_delayed) memcpy(m->surface, m->start, sizeof m->surface);
     m->is_delayed = is_delayed;
-    part at = {.p = p, .m = m, .throttle = recall(m, arrived)->throttle};
-    m->gear = recall(m, arrived)->gear;
-    memcpy(at.command, recall(m, arrived - is_delayed * p->surface_delay)->servo, sizeof at.command);
+    const gtm_commands *here = commands_at(ring, m, arrived(ring, m, p->command_delay, middle));
+    const double whole_delay = p->command_delay + is_delayed * p->surface_delay;
+    part at = {.p = p, .m = m, .throttle = here->throttle};
+    m->gear = here->gear;
+    memcpy(at.command, commands_at(ring, m, arrived(ring, m, whole_delay, middle))->servo, sizeof at.command);
     for (int i = 0; i < GTM_SERVOS; i++) at.rate[i] = rate_limit(p, i, middle);
     int fault = configure(&at.airframe, u, p, m->gear, middle);
     if (!fault) fault = runge_kutta_4(&at, x, dt);
@@ -210,9 +228,14 @@ static int take_part(gtm_simulation_memory *m, const gtm_simulation_inputs *u, c
 
 /* ---- Steps ---- */
 
-static int argument_fault(const gtm_simulation_settings *p, const gtm_simulation_memory *m)
+static int is_whole(double value, int least, int greatest)
 {
-    if (m->is_begun && !(m->records >= 1 && m->records <= GTM_RECORDS && m->records == floor(m->records)))
+    return value >= least && value <= greatest && value == floor(value);
+}
+
+static int argument_fault(const gtm_simulation_settings *p, const gtm_actuators *m)
+{
+    if (m->is_begun && !(is_whole(m->records, 1, GTM_RECORDS) && is_whole(m->oldest, 0, GTM_RING - 1)))
         return GTM_BAD_MEMORY;
     for (int i = 0; i < GTM_NU; i++)
         if (!(p->limits[i][0] <= p->limits[i][1])) return GTM_BAD_LIMITS;
@@ -226,55 +249,56 @@ static int argument_fault(const gtm_simulation_settings *p, const gtm_simulation
 
 /* The first of: the next command that arrives, the failure, the beginning of the surfaces' delay, and `end`; moments
    nearer than `least` to the present count as past. */
-static double next_moment(const gtm_simulation_memory *m, const gtm_simulation_settings *p, double least, double end)
+static double next_moment(gtm_commands ring[GTM_RING], const gtm_actuators *m, const gtm_simulation_settings *p,
+                          double least, double end)
 {
     const double moments[2] = {p->failure_time, p->surface_delay};
-    for (int i = 0; i < 2; i++)
+    const double delays[2] = {p->command_delay, p->command_delay + p->surface_delay};
+    for (int i = 0; i < 2; i++) {
         if (moments[i] > m->time + least) end = fmin(end, moments[i]);
-    for (int i = 0; i < m->records; i++)
-        for (int delays = 1; delays <= 2; delays++) {
-            const double moment = m->record[i].time + p->command_delay + (delays == 2) * p->surface_delay;
-            if (moment > m->time + least) end = fmin(end, moment);
-        }
+        const int next = first_after(ring, m, delays[i], m->time + least);
+        if (next < m->records) end = fmin(end, commands_at(ring, m, next)->time + delays[i]);
+    }
     return end;
 }
 
 int gtm_simulation_advance(double x[NX], const gtm_simulation_inputs *u, const gtm_simulation_settings *p,
                            gtm_simulation_memory *memory, double duration, double substep)
 {
-    if (!(substep > 0 && duration >= 0 && duration / substep < 1e9)) return GTM_BAD_STEP;
-    int fault = argument_fault(p, memory);
+    if (!(substep > 0 && duration >= 0 && duration / substep <= GTM_SUBSTEPS * (1 + 1e-9))) return GTM_BAD_STEP;
+    int fault = argument_fault(p, &memory->now);
     if (fault) return fault;
     const double least = 1e-9 * substep;
     double moved[NX];
-    gtm_simulation_memory m = *memory;
+    gtm_commands *const ring = memory->ring;
+    gtm_actuators m = memory->now;
     memcpy(moved, x, sizeof moved);
     if (!m.is_begun) settle(&m, u, p);
     const double begin = m.time, end = begin + duration;
-    fault = remember(&m, u, p, begin);
-    if (!fault && p->failure_time > begin && p->failure_time < end) fault = remember(&m, u, p, p->failure_time);
+    fault = remember(ring, &m, u, p, begin);
+    if (!fault && p->failure_time > begin && p->failure_time < end) fault = remember(ring, &m, u, p, p->failure_time);
     for (double wanted = substep; m.time < end - least && !fault;) {
-        double moment = next_moment(&m, p, least, fmin(end, begin + wanted));
+        double moment = next_moment(ring, &m, p, least, fmin(end, begin + wanted));
         if (moment > end - least) moment = end;
-        fault = take_part(&m, u, p, moved, moment - m.time);
+        fault = take_part(ring, &m, u, p, moved, moment - m.time);
         if (moment >= begin + wanted - least) wanted += substep;
         m.time = moment;
     }
     if (fault) return fault;
     m.time = end;
     memcpy(x, moved, sizeof moved);
-    *memory = m;
+    memory->now = m;
     return 0;
 }
 
 int gtm_simulation_evaluate(const double x[NX], const gtm_simulation_inputs *u, const gtm_simulation_settings *p,
                             const gtm_simulation_memory *memory, double dx[NX], gtm_simulation_outputs *y)
 {
-    int fault = argument_fault(p, memory);
+    int fault = argument_fault(p, &memory->now);
     if (fault) return fault;
-    gtm_simulation_memory settled = {0};
-    if (!memory->is_begun) settle(&settled, u, p);
-    const gtm_simulation_memory *m = memory->is_begun ? memory : &settled;
+    gtm_actuators settled = {0};
+    if (!memory->now.is_begun) settle(&settled, u, p);
+    const gtm_actuators *m = memory->now.is_begun ? &memory->now : &settled;
     gtm_configuration airframe;
     fault = configure(&airframe, u, p, m->gear, m->time);
     if (!fault) fault = set_surfaces(&airframe, p, m->surface, x[FUEL]);

@@ -27,10 +27,10 @@ FAULTS = {
     3: "The sideslip is 90 deg",
     4: "The pitch angle is 90 or -90 deg",
     5: "The latitude is 90 or -90 deg",
-    6: "A duration is negative, a substep is not positive or there are more than 1e9 of them",
+    6: "A duration is negative, a substep is not positive or there are more than 1000000 of them",
     7: "The limits of a control are reversed",
     8: "A setting, command, wind or the fuel used is outside its range",
-    9: "The commands changed too often within the delays: take longer steps",
+    9: "The commands changed more than 2048 times within the delays: take longer steps or shorter delays",
     10: "The memory of the actuators is damaged",
 }
 """``enum gtm_fault`` and ``enum gtm_simulation_fault``."""

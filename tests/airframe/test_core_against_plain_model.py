@@ -290,6 +290,13 @@ def test_advance_is_runge_kutta_with_a_shortened_last_step():
     assert largest_difference(core.advance(point.x, point.u, 0.25, 0.02), expected) < 1e-10
 
 
+@pytest.mark.parametrize(("duration", "substep"), [(5001, 0.005), (1e300, 0.1), (-1, 0.1), (1, 0), (np.nan, 0.1)])
+def test_advance_refuses_what_it_cannot_do_in_time(duration, substep):
+    point = spec_values.POINT_A
+    with pytest.raises(ValueError, match=r"give positive numbers, and 1000000 steps at most"):
+        core.advance(point.x, point.u, duration, substep)
+
+
 def test_advance_stops_at_a_state_without_derivatives():
     """Straight up at 2 ft/s: the speed is lost within the second, and then the call says so."""
     x = changed(u=2.0, v=0.0, w=0.0, p=0.0, q=0.0, r=0.0, phi=0.0, theta=1.5)

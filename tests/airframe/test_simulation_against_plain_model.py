@@ -190,6 +190,7 @@ def test_start_values_are_those_of_the_specification():
         ({}, np.append(TRIM, [0, 0, 0, 1e4]), 0.1, STEP, "outside its range"),
         ({}, TRIM, -0.1, STEP, "negative"),
         ({}, TRIM, 0.1, 0, "not positive"),
+        ({}, TRIM, 5001, STEP, "more than 1000000"),
     ],
 )
 def test_refusals_change_nothing(settings, u, duration, substep, message):
@@ -199,12 +200,82 @@ def test_refusals_change_nothing(settings, u, duration, substep, message):
     np.testing.assert_array_equal(simulation.x[:12], LEVEL)
 
 
-def test_too_many_commands():
-    simulation = Simulation(LEVEL, {"surface_delay": 1.0})
-    for rudder in np.linspace(0.1, 6.4, 64):
-        simulation.advance([*TRIM[:2], rudder, TRIM[3]], 0.001, STEP)
-    with pytest.raises(FloatingPointError, match="too often"):
-        simulation.advance([*TRIM[:2], 7, TRIM[3]], 0.001, STEP)
+def swept(time: float) -> np.ndarray:
+    """Commands of a manoeuvre in which all controls move all the time."""
+    return TRIM + np.sin(40 * time + np.arange(4)) * (3, 4, 5, 10)
+
+
+class TestCommandsOnTheirWay:
+    """Changes of the commands within the transport delays: 75 of them by default with steps of 0.2 ms."""
+
+    def test_short_steps(self):
+        """Steps of 0.2 ms over 20 ms: to 1e-9 of the plain model."""
+        step, count = 0.0002, 100
+        commands = [swept(step * i) for i in range(count)]
+        times = [step * i for i in range(count)]
+        expected, _ = Flight(times, [bus([*u, 0, 0, 0]) for u in commands]).run(LEVEL, False, step * count, step)
+        simulation = Simulation(LEVEL)
+        for u in commands:
+            simulation.advance(u, step, step)
+        np.testing.assert_allclose(simulation.x, expected, rtol=1e-9, atol=1e-9)
+
+    def test_altitude_of_steps_of_two_lengths(self):
+        """40 ms of a manoeuvre that moves each millisecond, in steps of 0.2 and 0.25 ms with a tremble of 1e-10 deg."""
+        altitudes_m = []
+        for step, count in ((0.0002, 200), (0.00025, 160)):
+            simulation = Simulation(LEVEL)
+            for i in range(count):
+                simulation.advance(swept(round((i + 0.5) * step // 0.001) / 1000) + 1e-10 * (i % 2), step, step)
+            altitudes_m.append(simulation.x[8] * 0.3048)
+        assert abs(altitudes_m[0] - 243.84) > 1e-5
+        assert altitudes_m[0] == pytest.approx(altitudes_m[1], abs=1e-10)
+
+    @pytest.mark.parametrize(
+        ("settings", "step"),
+        [
+            ({"command_delay": 1.0, "surface_delay": 0.0}, 0.01),
+            ({"command_delay": 1.0, "surface_delay": 1.0}, 0.02),
+            ({"command_delay": 1.0, "surface_delay": 1.0}, 0.001),
+        ],
+    )
+    def test_long_delays(self, settings, step):
+        """Surfaces are where they would have been without delays, that much earlier."""
+        delay = settings["command_delay"] + settings["surface_delay"]
+        positions = {}
+        for name, run, end in (("late", settings, 2.6), ("at once", dict.fromkeys(settings, 0.0), 2.6 - delay)):
+            simulation = Simulation(LEVEL, run)
+            for i in range(round(end / step)):
+                simulation.advance(swept(step * i), step, 0.01)
+            y = simulation.evaluate(swept(0))[1]
+            positions[name] = [y[SIMULATION_OUTPUTS.index(f"surface_{group}")] for group in SERVO_GROUPS[:3]]
+        assert np.abs(np.array(positions["late"]) - TRIM[:3]).min() > 0.05
+        np.testing.assert_allclose(positions["late"], positions["at once"], rtol=0, atol=1e-9)
+
+    def test_a_refused_step_forgets_and_adds_nothing(self):
+        """Also where the ring of what is remembered is nearly full and goes round."""
+        runs = [Simulation(LEVEL, {"command_delay": 1.0, "surface_delay": 1.0}) for _ in range(2)]
+        for i in range(4200):
+            for simulation in runs:
+                simulation.advance(swept(0.001 * i), 0.001, 0.01)
+            with pytest.raises(FloatingPointError, match="outside its range"):
+                runs[1].advance([5, 5, 5, 50, 0, 0, 0, 1e4], 0.001, 0.01)
+        np.testing.assert_array_equal(runs[0].x, runs[1].x)
+        np.testing.assert_array_equal(runs[0].evaluate(TRIM)[1], runs[1].evaluate(TRIM)[1])
+
+    def test_limit(self):
+        """2048 changes fit; one more is refused and nothing changes, and shorter delays make room."""
+        simulation = Simulation(LEVEL, {"command_delay": 1.0, "surface_delay": 1.0})
+        for i in range(2048):
+            simulation.advance(swept(0.0001 * i), 0.0001, STEP)
+        before = simulation.x.copy()
+        for _ in range(2):
+            with pytest.raises(
+                FloatingPointError, match="more than 2048 times within the delays: take longer steps or"
+            ):
+                simulation.advance(swept(1.0), 0.0001, STEP)
+            np.testing.assert_array_equal(simulation.x, before)
+        simulation.settings["surface_delay"] = simulation.settings["command_delay"] = 0.05
+        simulation.advance(swept(1.0), 0.0001, STEP)
 
 
 def test_unknown_setting():

@@ -1,6 +1,7 @@
 """GtmAircraft and GtmAircraftNative against the simulation in this process; their switches, failures and states."""
 
 import ctypes
+import re
 
 import fmpy
 import numpy as np
@@ -8,10 +9,12 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
-from fmu_src.aircraft_variables import aircraft_description
+from fmu_src.aircraft_variables import USAGE, aircraft_description
+from fmu_src.gtm_aircraft import ALL_FAULTS
 from gtm_fmu.airframe.names import CONTROLS, SIMULATION_INPUTS, SIMULATION_SETTINGS, STATES
 from gtm_fmu.client import FmuClient, FmuError
-from gtm_fmu.core.simulation import DEFAULTS, Simulation, memory_size
+from gtm_fmu.core import library_path
+from gtm_fmu.core.simulation import DEFAULTS, FAULTS, Simulation, memory_size
 from gtm_fmu.steady import trim
 from gtm_fmu.trim import FmuTrimmer
 from tests.fmu_src.conftest import AIRCRAFT
@@ -73,6 +76,14 @@ def set_switches(fmu: FmuClient, switches: dict[str, bool]) -> None:
 def test_descriptions_are_valid(paths, name):
     assert validate_fmu(paths[name]) == []
     assert len(NAMES["controls"]) == len(SIMULATION_INPUTS)
+
+
+def test_limit_of_changes_on_their_way():
+    """What the documentation and both messages say is what the core has."""
+    header = (library_path().parent / "gtm_simulation.h").read_text()
+    (limit,) = re.findall(r"GTM_RECORDS = (\d+)", header)
+    for text in (" ".join(USAGE), ALL_FAULTS[9], FAULTS[9]):
+        assert f" {limit} " in text
 
 
 @pytest.mark.parametrize("name", AIRCRAFT[:2])
@@ -147,11 +158,39 @@ class TestRefusals:
             fmu.set(["damage.case"], [9.0])
 
 
+@pytest.mark.parametrize("name", AIRCRAFT)
+@pytest.mark.parametrize(
+    ("delays", "step_s", "count"),
+    [
+        ({}, 0.0002, 200),
+        ({"delay.commands": 1.0}, 0.01, 130),
+        ({"delay.commands": 1.0, "delay.surfaces": 1.0}, 0.02, 130),
+    ],
+    ids=["short steps", "long delay", "long delays"],
+)
+def test_many_changes_within_the_delays(paths, name, delays, step_s, count):
+    """Commands that change at each step: the flight of the simulation in this process, through FMPy."""
+    settings = {"command_delay": delays.get("delay.commands"), "surface_delay": delays.get("delay.surfaces")}
+    flight = Simulation(START["states"], {key: delay for key, delay in settings.items() if delay is not None})
+    for i in range(count):
+        flight.advance(commands(i + 4), step_s, SUBSTEP_S)
+    table = [(i * step_s, *(commands(i + 4) * SI["controls"])) for i in range(count + 1)]
+    result = fmpy.simulate_fmu(
+        str(paths[name]), fmi_type="CoSimulation", stop_time=count * step_s, step_size=step_s, output_interval=step_s,
+        start_values=delays, input=np.array(table, dtype=[(n, float) for n in ("time", *NAMES["controls"])]),
+        output=NAMES["states"],
+    )  # fmt: skip
+    assert result["time"][-1] == pytest.approx(count * step_s)
+    x = [result[name][-1] for name in NAMES["states"]]
+    np.testing.assert_allclose(x / SI["states"], flight.x, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("delay_s", [0.005, 1.0])
 @pytest.mark.parametrize("name", AIRCRAFT[:2])
-def test_saved_states_hold_what_the_actuators_remember(paths, name):
+def test_saved_states_hold_what_the_actuators_remember(paths, name, delay_s):
     """Commands under way at the time of saving arrive after restoring, also from bytes."""
-    with FmuClient(paths[name]) as fmu:
-        for i in range(20):
+    with FmuClient(paths[name], start_values={"delay.commands": delay_s}) as fmu:
+        for i in range(20 if delay_s < 1 else 320):
             fmu.set(NAMES["controls"], commands(i) * SI["controls"])
             fmu.step(0.003)
         saved = fmu.instance.getFMUstate()

@@ -276,10 +276,6 @@ class TestBadStates:
         rates = fmu.evaluate([good[name] for name in STATE_NAMES], [good[name] for name in CONTROL_NAMES])
         assert np.abs(rates[:6]).max() < 1e-4
 
-    def test_step_of_too_many_parts(self, fmu):
-        with pytest.raises(FmuError, match=r"The step takes more than 1e9 parts of solver.substep"):
-            fmu.step(1e9)
-
     def test_every_fault_of_the_core_has_a_sentence(self):
         """A fault without one would raise in the slave."""
         header = (library_path().parent / "gtm_core.h").read_text()

@@ -2,10 +2,12 @@
 
 import math
 from ctypes import byref, c_double, c_int, c_void_p
+from time import process_time
 
 import fmpy
 import pytest
 
+from gtm_fmu.client import FmuClient, FmuError
 from tests.fmu_src.conftest import sessions
 from tests.fmu_src.native_session import DISCARD, OK, Session
 
@@ -34,6 +36,34 @@ def test_a_flight_that_cannot_go_on_ends(built, model):
     assert abs(result["state.theta"][-1]) < math.pi / 2
     place = f"The step at {float(result['time'][-1])!r} s is refused and the FMU stays there: "
     assert place + "give other inputs or parameters, go back to a saved state, or end the simulation." in messages[-1]
+
+
+SUBSTEPS = 1_000_000
+"""Most of one step: more would keep an importer waiting that cannot stop it."""
+TOO_LONG = "The step takes more than 1000000 parts of solver.substep: take shorter steps, or a longer solver.substep."
+
+
+@pytest.mark.parametrize("model", ["dynamics", "aircraft"])
+class TestLongSteps:
+    """A day in one step is refused at once, in each kind of FMU."""
+
+    def test_native(self, built, tmp_path, model, fmi):
+        folder = fmpy.extract(built(f"{model}-native" if fmi == 2 else f"{model}-native3"), tmp_path)
+        for start in sessions(folder, fmi):
+            session, begin = start(), process_time()
+            for duration in (1e5, 1.000001 * SUBSTEPS * 0.005, 1e300):
+                assert session.step(0.0, duration) == DISCARD
+                (text,) = session.texts()
+                assert text.startswith(TOO_LONG + " The step at 0 s is refused")
+            assert process_time() - begin < 0.5
+            assert session.step(0.0, 0.1) == OK
+
+    def test_python(self, built, model):
+        with FmuClient(built(model)) as fmu:
+            begin = process_time()
+            with pytest.raises(FmuError, match=TOO_LONG):
+                fmu.step(1e5)
+            assert process_time() - begin < 0.5
 
 
 def status(session: Session) -> tuple[bool, float]:
