@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any
@@ -16,7 +17,7 @@ from study.samples import Samples
 from surrogate import LocalModelNetwork, Network, Split, split_samples
 from surrogate.scaling import to_unit
 from surrogate.settings import check
-from surrogate.training import ALLOWED
+from surrogate.training import ALLOWED, distinct_samples
 
 Model = Network | LocalModelNetwork
 Progress = Callable[[int, int], None]
@@ -39,7 +40,8 @@ def train_model(
     """The best of a model a split, with its scores and where it comes from.
 
     A tenth of the rows judges the models. Each split divides the rest into nine tenths to fit and a tenth that ends the
-    training (lm, lolimot, hilomot) or is only looked at (br). Errors are mean squares of outputs mapped to 0 .. 1.
+    training (lm, lolimot, hilomot) or is only looked at (br). Errors are mean squares of outputs mapped to 0 .. 1. A
+    row that stands several times in the table belongs to one part only, and counts as often as it stands.
 
     Args:
         samples: what to learn.
@@ -57,9 +59,11 @@ def train_model(
         raise InputError("Networks are trained with torch, which is not here; run pip install 'gtm-fmu[train]'.")
     try:
         check({"splits": splits, "hidden": hidden, "seed": seed}, ALLOWED)
-        split = split_samples(len(samples.X), splits, TEST_FRACTION, seed)
+        X, Y, weights = distinct_samples(samples.X, samples.Y)
+        distinct = replace(samples, X=X, Y=Y)
+        split = split_samples(len(X), splits, TEST_FRACTION, seed)
         train = _networks if method in NETWORKS else _local_models
-        models = train(samples, split, method, hidden, seed, device, progress)
+        models = train(distinct, weights, split, method, hidden, seed, device, progress)
     except ValueError as error:
         raise InputError(str(error)) from None
     except (MemoryError, RuntimeError) as error:
@@ -67,24 +71,27 @@ def train_model(
             raise
         size = ",".join(map(str, hidden))
         raise InputError(f"{splits} networks with {size} hidden neurons need too much memory: take fewer.") from None
-    errors = [_squared_errors(model, samples) for model in models]
-    best = int(np.argmin([error[split.independent].mean() for error in errors]))
+
+    def mean(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Over rows, each as often as it stands in the table."""
+        return np.average(values[rows], axis=0, weights=None if weights is None else weights[rows])
+
+    errors = [_squared_errors(model, distinct) for model in models]
+    best = int(np.argmin([mean(error, split.independent).mean() for error in errors]))
     scores = {
-        f"mse_{part}": float(errors[best][split.rows(part, best)].mean())
+        f"mse_{part}": float(mean(errors[best], split.rows(part, best)).mean())
         for part in ("training", "test", "independent")
     }
     scores["rmse_independent"] = float(np.sqrt(scores["mse_independent"]))
-    scores |= _by_output(models[best], samples, split.independent)
-    return replace(
-        models[best], metrics=scores, provenance=models[best].provenance | _origin(samples, seed, splits, best)
-    )
+    scores |= _by_output(models[best], distinct, partial(mean, rows=split.independent))
+    origin = _origin(samples, seed, splits, best) | {"rows_repeated": len(samples.X) - len(X)}
+    return replace(models[best], metrics=scores, provenance=models[best].provenance | origin)
 
 
-def _by_output(model: Model, samples: Samples, rows: np.ndarray) -> dict[str, float]:
+def _by_output(model: Model, samples: Samples, mean: Callable[[np.ndarray], np.ndarray]) -> dict[str, float]:
     """Root mean squared error of each output in its unit, and R2, the share of its variance that is explained."""
-    found, given = model.predict(samples.X[rows]), samples.Y[rows]
-    squares = ((found - given) ** 2).mean(axis=0)
-    variance = given.var(axis=0)
+    squares = mean((model.predict(samples.X) - samples.Y) ** 2)
+    variance = mean((samples.Y - mean(samples.Y)) ** 2)
     scores = {f"rmse_independent {v}": float(np.sqrt(s)) for v, s in zip(_labels(samples), squares, strict=True)}
     known = zip(samples.outputs, squares, variance, strict=True)
     return scores | {f"r2_independent {v.name}": float(1.0 - s / d) for v, s, d in known if d > 0.0}
@@ -94,7 +101,16 @@ def _labels(samples: Samples) -> list[str]:
     return [f"{v.name} [{v.unit}]" if v.unit else v.name for v in samples.outputs]
 
 
-def _networks(samples: Samples, split: Split, method: str, hidden: Any, seed: int, device: str, progress: Any) -> list:
+def _networks(
+    samples: Samples,
+    weights: np.ndarray | None,
+    split: Split,
+    method: str,
+    hidden: tuple[int, ...],
+    seed: int,
+    device: str,
+    progress: Progress | None,
+) -> list[Network]:
     from surrogate import train_networks
 
     trained = train_networks(
@@ -107,13 +123,16 @@ def _networks(samples: Samples, split: Split, method: str, hidden: Any, seed: in
         method=NETWORKS[method],
         seed=seed,
         hidden=hidden,
+        sample_weight=weights,
         device=device,
         progress=progress,
     )
     return [network for network, _ in trained]
 
 
-def _local_models(samples: Samples, split: Split, method: Any, _h: Any, _s: int, _d: str, progress: Any) -> list:
+def _local_models(
+    samples: Samples, weights: np.ndarray | None, split: Split, method: Any, _h: Any, _s: int, _d: str, progress: Any
+) -> list[LocalModelNetwork]:
     from surrogate import train_local_models
 
     models = []
@@ -126,6 +145,7 @@ def _local_models(samples: Samples, split: Split, method: Any, _h: Any, _s: int,
             rows=training,
             validation_rows=test,
             algorithm=method,
+            sample_weight=weights,
         )
         models.append(model)
         if progress:

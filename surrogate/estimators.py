@@ -19,7 +19,7 @@ from surrogate.local_training import Criterion, LocalSettings
 from surrogate.network import Network
 from surrogate.scaling import Array
 from surrogate.settings import Allowed, Number, check
-from surrogate.training import METHODS, Algorithm, Method, train_local_models, train_networks
+from surrogate.training import METHODS, Algorithm, Method, distinct_samples, train_local_models, train_networks
 
 Split = tuple[np.ndarray, np.ndarray | None]
 Variables = list[tuple[str, str]]
@@ -53,7 +53,11 @@ class _SurrogateRegressor(RegressorMixin, BaseEstimator):
     def _samples(
         self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None
     ) -> tuple[Array, Array, Array | None, Variables, Variables]:
-        """Checked X (n, d), Y (n, m) and weights (n,), names for their columns; samples of weight 0 are left out."""
+        """Distinct samples X (n, d), Y (n, m) and weights (n,), and names for their columns.
+
+        Samples of weight 0 are left out, and copies of a sample are one that weighs as much as all of them. All are
+        put in order, so that the one in which they were given makes no difference.
+        """
         names = list(getattr(y, "columns", [])) or [name for name in [getattr(y, "name", None)] if name is not None]
         checked = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True, ensure_min_samples=2)
         X, Y = (np.asarray(values, dtype=float) for values in checked)
@@ -66,6 +70,8 @@ class _SurrogateRegressor(RegressorMixin, BaseEstimator):
             if counted.sum() < 2:
                 raise ValueError(f"sample_weight leaves {counted.sum()} samples, but at least 2 are needed.")
             X, Y, weights = X[counted], Y[counted], weights[counted]
+        order = np.lexsort(np.column_stack([Y, X]).T)
+        X, Y, weights = distinct_samples(X[order], Y[order], None if weights is None else weights[order])
         given = getattr(self, "feature_names_in_", [f"x{j + 1}" for j in range(X.shape[1])])
         names = names or ["y" if Y.shape[1] == 1 else f"y{o + 1}" for o in range(Y.shape[1])]
         return X, Y, weights, [(str(name), "") for name in given], [(str(name), "") for name in names]

@@ -206,6 +206,19 @@ def checked_samples(values: ArrayLike, variables: Sequence[tuple[str, str]], nam
     return values
 
 
+def distinct_samples(X: Array, Y: Array, weights: Array | None = None) -> tuple[Array, Array, Array | None]:
+    """Samples X (n, d), Y (n, m) once each, and weights (n,), which count those that stood there several times.
+
+    Where a part is set apart afterwards, no copy of a sample in it is left for training. Without weights and without
+    copies there are no weights.
+    """
+    _, first, place = np.unique(np.column_stack([X, Y]), axis=0, return_index=True, return_inverse=True)
+    if weights is None and len(first) == len(X):
+        return X, Y, None
+    totals, order = np.bincount(place.ravel(), weights).astype(float), np.argsort(first)
+    return X[first[order]], Y[first[order]], totals[order]
+
+
 def _checked_rows(rows: ArrayLike, samples: int, name: str, networks: int | None = None, least: int = 1) -> np.ndarray:
     rows = np.asarray(rows)
     if rows.ndim != 2 or rows.size == 0 or rows.min() < 0 or rows.max() >= samples:

@@ -22,15 +22,7 @@ ESTIMATORS = [
 ]
 
 
-SPLIT_BY_CHANCE = "A part is set apart for validation by chance, so a weight of 2 is no repeated row here."
-
-
-def expected_failures(estimator):
-    by_chance = not isinstance(estimator, BayesianRegularizationRegressor)
-    return {"check_sample_weight_equivalence_on_dense_data": SPLIT_BY_CHANCE} if by_chance else {}
-
-
-@parametrize_with_checks(ESTIMATORS, expected_failed_checks=expected_failures)
+@parametrize_with_checks(ESTIMATORS)
 def test_convention(estimator, check):
     check(estimator)
 
@@ -142,11 +134,12 @@ def test_wrong_parameters_are_refused(estimator, message):
 @pytest.mark.parametrize(
     "estimator",
     [
+        LolimotRegressor(random_state=0),
         LolimotRegressor(criterion="aicc", max_models=6),
         HilomotRegressor(criterion="aicc", max_models=4),
         HilomotRegressor("quadratic", criterion="size", max_models=3),
         BayesianRegularizationRegressor(3, restarts=1, epochs=15, random_state=0),
-        LevenbergMarquardtRegressor((3, 2), validation_fraction=None, restarts=1, epochs=15, random_state=0),
+        LevenbergMarquardtRegressor((3, 2), restarts=1, epochs=15, random_state=0),
     ],
     ids=lambda estimator: type(estimator).__name__,
 )
@@ -158,6 +151,14 @@ def test_a_weight_is_a_number_of_repetitions(estimator):
     repeated = clone(estimator).fit(np.repeat(X, weights, axis=0), np.repeat(y, weights))
     np.testing.assert_allclose(weighted.predict(X), repeated.predict(X), rtol=1e-5)
     assert np.abs(clone(estimator).fit(X, y).predict(X) - repeated.predict(X)).max() > 0.01
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=lambda e: type(e).__name__)
+def test_the_order_of_the_samples_makes_no_difference(estimator):
+    X, _, y = friedman(60, seed=14)
+    order = np.random.default_rng(0).permutation(len(X))
+    predicted = [clone(estimator).fit(X[rows], y[rows]).predict(X) for rows in (slice(None), order)]
+    np.testing.assert_array_equal(*predicted)
 
 
 def test_too_few_weights_are_refused():
