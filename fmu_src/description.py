@@ -153,6 +153,11 @@ class ModelDescription:
         return [variable for variable in self.variables if variable.derivative_of]
 
     @property
+    def has_step_events(self) -> bool:
+        """Whether model exchange has events: a discrete output that is about to change asks for one."""
+        return any(variable.boolean for variable in self.outputs)
+
+    @property
     def initial_unknowns(self) -> list[Variable]:
         """Variables that are computed during initialization."""
         return [variable for variable in self.variables if variable.initial == "calculated"]

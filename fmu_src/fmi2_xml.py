@@ -23,7 +23,7 @@ def write_fmi2(model: ModelDescription, guid: str, version: str) -> bytes:
     }
     kinds = {"CoSimulation": {"canHandleVariableCommunicationStepSize": True}}
     if made.has_model_exchange:
-        kinds = {"ModelExchange": {"completedIntegratorStepNotNeeded": True}, **kinds}
+        kinds = {"ModelExchange": {"completedIntegratorStepNotNeeded": not model.has_step_events}, **kinds}
     for kind, own in kinds.items():
         element = etree.SubElement(root, kind, attributes(common | own))
         if made.sources:

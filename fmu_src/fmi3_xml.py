@@ -22,7 +22,9 @@ def write_fmi3(model: ModelDescription, token: str, version: str) -> bytes:
         "providesAdjointDerivatives": made.has_partial_derivatives,
     }
     if made.has_model_exchange:
-        etree.SubElement(root, "ModelExchange", attributes(common))
+        etree.SubElement(
+            root, "ModelExchange", attributes(common | {"needsCompletedIntegratorStep": model.has_step_events})
+        )
     own = {"canHandleVariableCommunicationStepSize": True, "hasEventMode": False}
     etree.SubElement(root, "CoSimulation", attributes(common | own))
     add_head(root, model)

@@ -104,8 +104,7 @@ def _description(form: ClosedForm, model: Model, name: str) -> ModelDescription:
         usage=(
             "Outputs follow the inputs at once, also in Initialization Mode. Where in_domain is false an input is "
             "outside the training data, and the outputs are guesses.",
-            "There are no states and no events. Partial derivatives of all real outputs with respect to the inputs are "
-            "exact.",
+            "Partial derivatives of all real outputs with respect to the inputs are exact.",
         ),
         origin="\n".join(facts) or "A fitted model that does not say where it comes from.",
     )

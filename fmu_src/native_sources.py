@@ -126,6 +126,7 @@ def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -
     if deferred != list(range(min(deferred, default=0), min(deferred, default=0) + len(deferred))):
         raise ValueError("The deferred outputs do not follow each other.")
     counts |= {"DEFERRED": min(deferred, default=0), "N_DEFERRED": len(deferred)}
+    counts["HAS_STEP_EVENTS"] = int(model.has_step_events)
     counts["HAS_MODEL_EXCHANGE"] = int(model.implementation.has_model_exchange)
     references = {
         variable.name.upper().replace(".", "_"): place

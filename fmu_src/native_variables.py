@@ -52,6 +52,10 @@ def start_parameters(states: Sequence[Variable]) -> tuple[Variable, ...]:
     )
 
 
+_STEP_EVENTS = (
+    "In model exchange there are no states. The Boolean outputs change at events only: where the inputs would change "
+    "one, CompletedIntegratorStep asks for an event.",
+)
 _CALLS = (
     "A call that the standard does not allow at its place, a value reference that does not exist, a null pointer or a "
     "token of another FMU gives the status Error, one sentence in the log, and changes nothing. A value that is not "
@@ -78,11 +82,12 @@ def native_description(
         usage: paragraphs on what only the native FMU does.
         groups: variables that it adds, or has in place of the other's.
     """
+    events = _STEP_EVENTS if has_model_exchange and model.has_step_events else ()
     return replace(
         model,
         name=name,
         groups={**model.groups, **groups, "time": (TIME,)},
-        usage=(*model.usage, *usage, _CALLS),
+        usage=(*model.usage, *events, *usage, _CALLS),
         implementation=Implementation(
             fmi=fmi,
             tool="gtm-fmu",

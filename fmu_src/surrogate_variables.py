@@ -28,8 +28,8 @@ USAGE = (
 )
 
 NATIVE_USAGE = (
-    "In model exchange there are no states and no events. Partial derivatives of all real outputs with respect to the "
-    "inputs are exact, also those of the standard deviations.",
+    "Partial derivatives of all real outputs with respect to the inputs are exact, also those of the standard "
+    "deviations.",
 )
 
 

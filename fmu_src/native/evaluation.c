@@ -57,6 +57,12 @@ bool instance_load(Instance *i, double x[], double u[], const char *consequence)
 
 bool instance_is_deferred(int v) { return DEFERRED <= v && v < DEFERRED + N_DEFERRED; }
 
+/* Whether an output keeps its value until the next event. */
+static bool is_kept(const Instance *i, int v)
+{
+    return model_variables[v].is_boolean && i->now.is_model_exchange && i->now.mode & (CONTINUOUS | TERMINATED);
+}
+
 static const char STALE[] = "The outputs cannot be computed.";
 
 Status instance_update(Instance *i, int part)
@@ -71,10 +77,16 @@ Status instance_update(Instance *i, int part)
         int fault = part == RATES     ? model_derivatives(x, u, i->now.values, i->now.memory, results)
                     : part == RESULTS ? model_outputs(x, u, i->now.values, i->now.memory, results)
                                       : model_deferred_outputs(x, u, i->now.values, i->now.memory, results);
+        if (part == RESULTS) i->is_event_due = false;
         for (int k = 0; k < n && !fault; k++) {
+            const double old = i->now.values[first + k];
             const bool is_later = part == RESULTS && instance_is_deferred(first + k);
-            values[k] = is_later ? i->now.values[first + k] : results[k] * model_variables[first + k].scale;
+            values[k] = is_later ? old : results[k] * model_variables[first + k].scale;
             if (!isfinite(values[k])) fault = FAULT_NOT_FINITE;
+            if (is_kept(i, first + k) && values[k] != old) {
+                i->is_event_due = true;
+                values[k] = old;
+            }
         }
         i->fault[part] = fault;
         if (fault) instance_say(i, DISCARD, "%s %s", model_faults[fault], STALE);

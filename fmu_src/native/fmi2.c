@@ -49,12 +49,10 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     DONE(instance_set_times(c, startTime, stopTimeDefined != fmi2False, stopTime));
 }
 
-static void enter(fmi2Component c, Mode mode) { ((Instance *)c)->now.mode = mode; }
-
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     ALLOW(INSTANTIATED);
-    enter(c, INITIALIZATION);
+    instance_enter(c, INITIALIZATION);
     return fmi2OK;
 }
 
@@ -67,7 +65,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     ALLOW(INITIALIZED);
-    enter(c, TERMINATED);
+    instance_enter(c, TERMINATED);
     return fmi2OK;
 }
 
@@ -190,7 +188,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
     ALLOW(EVENT | CONTINUOUS);
-    enter(c, EVENT);
+    instance_enter(c, EVENT);
     return fmi2OK;
 }
 
@@ -205,7 +203,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *fmi2eventInfo)
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
     ALLOW(EVENT);
-    enter(c, CONTINUOUS);
+    instance_enter(c, CONTINUOUS);
     return fmi2OK;
 }
 
@@ -215,7 +213,8 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     (void)noSetFMUStatePriorToCurrentPoint;
     ALLOW(CONTINUOUS);
     REQUIRE(enterEventMode && terminateSimulation);
-    *enterEventMode = *terminateSimulation = fmi2False;
+    *enterEventMode = instance_needs_event(c);
+    *terminateSimulation = fmi2False;
     return fmi2OK;
 }
 

@@ -77,7 +77,7 @@ void fmi3FreeInstance(fmi3Instance instance) { instance_free(instance); }
 
 static fmi3Status enter(fmi3Instance instance, Mode mode)
 {
-    ((Instance *)instance)->now.mode = mode;
+    instance_enter(instance, mode);
     return fmi3OK;
 }
 
@@ -321,7 +321,8 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
 {
     ALLOW(CONTINUOUS);
     REQUIRE(enterEventMode && terminateSimulation);
-    *enterEventMode = *terminateSimulation = false;
+    *enterEventMode = instance_needs_event(instance);
+    *terminateSimulation = false;
     return fmi3OK;
 }
 

@@ -130,8 +130,20 @@ Status instance_reset(Instance *i)
 
 Status instance_initialize(Instance *i)
 {
-    i->now.mode = i->now.is_model_exchange ? EVENT : STEP;
+    instance_enter(i, i->now.is_model_exchange ? EVENT : STEP);
     return OK;
+}
+
+void instance_enter(Instance *i, Mode mode)
+{
+    if (HAS_STEP_EVENTS && mode == CONTINUOUS) instance_update(i, RESULTS); /* the last moment of the event */
+    if (HAS_STEP_EVENTS && mode == EVENT) instance_touch(i);
+    i->now.mode = mode;
+}
+
+bool instance_needs_event(Instance *i)
+{
+    return HAS_STEP_EVENTS && instance_update(i, RESULTS) == OK && i->is_event_due;
 }
 
 bool instance_allows(const Instance *i, const char *function, unsigned modes)

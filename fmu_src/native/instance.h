@@ -41,6 +41,7 @@ struct Instance {
     Saved now;
     double stop_time;                          /* infinite if not given */
     bool is_step_refused;                      /* the last one */
+    bool is_event_due;                         /* a discrete output is to change, when not stale */
     bool is_stale[3];                          /* derivatives, outputs, deferred outputs */
     bool is_slope_stale;
     int fault[3];                              /* of the same, when not stale */
@@ -66,6 +67,11 @@ Status instance_set_logging(Instance *, bool is_on, bool is_exclusive, size_t n,
 Status instance_set_times(Instance *, double start, bool has_stop, double stop);
 Status instance_reset(Instance *);
 Status instance_initialize(Instance *);
+
+/* Go to a mode of the instance's life. In model exchange discrete outputs change in Event Mode only (FMI 2.0.5, 2.2.7;
+   FMI 3.0, 2.4.7.4): when an integrator step is completed, the instance says whether it needs one for that. */
+void instance_enter(Instance *, Mode);
+bool instance_needs_event(Instance *);
 
 Status instance_get(Instance *, bool is_boolean, const unsigned references[], size_t n, double values[]);
 Status instance_set(Instance *, bool is_boolean, const unsigned references[], size_t n, const double values[]);

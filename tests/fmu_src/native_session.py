@@ -25,6 +25,7 @@ class Session:
     fmi: int
 
     def __init__(self, folder: Path, kind: str, token: str | None = None, name: bytes | None = b"one", is_logging=True):
+        self.kind = kind
         self.description = fmpy.read_model_description(folder, validate=False)
         binaries = [path for path in Path(folder, "binaries").rglob("*") if path.suffix in (".so", ".dll", ".dylib")]
         here = [path for path in binaries if path.parent.name in (fmpy.platform, fmpy.platform_tuple)]
@@ -81,6 +82,14 @@ class Session:
         buffer = doubles(values)
         return self.call(function, buffer, c_size_t(len(values))), list(buffer)
 
+    def handle_event(self) -> bool:
+        """Complete an integrator step of model exchange and do the event that it asks for; whether it did."""
+        assert self.completed_step() == OK
+        if self.event_flag.value:
+            assert self.call("EnterEventMode") == self.update_discrete_states() == OK
+            assert self.call("EnterContinuousTimeMode") == OK
+        return bool(self.event_flag.value)
+
     def initialize(self, *, is_exited: bool = True) -> None:
         assert self.enter_initialization() == OK
         if is_exited:
@@ -127,7 +136,8 @@ class Session2(Session):
         return self.call("NewDiscreteStates", byref(fmi2EventInfo()))
 
     def completed_step(self):
-        return self.call("CompletedIntegratorStep", 1, byref(c_int()), byref(c_int()))
+        self.event_flag = c_int()
+        return self.call("CompletedIntegratorStep", 1, byref(self.event_flag), byref(c_int()))
 
 
 class Session3(Session):
@@ -179,7 +189,8 @@ class Session3(Session):
         return self.call("UpdateDiscreteStates", *(byref(c_bool()) for _ in range(5)), byref(c_double()))
 
     def completed_step(self):
-        return self.call("CompletedIntegratorStep", c_bool(True), byref(c_bool()), byref(c_bool()))
+        self.event_flag = c_bool()
+        return self.call("CompletedIntegratorStep", c_bool(True), byref(self.event_flag), byref(c_bool()))
 
 
 SESSIONS = {2: Session2, 3: Session3}

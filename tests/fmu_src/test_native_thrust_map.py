@@ -51,6 +51,8 @@ def asked(session, case) -> tuple[int, np.ndarray, list[bool]]:
     """Status, speeds in kn and flags of a case."""
     assert session.set(range(5), [*case, TAS_KT * KN]) == OK
     status, speeds = session.get([session.names[name] for name in SPEEDS])
+    if session.kind == "me":
+        session.handle_event()
     return status, np.array(speeds) / KN, session.get_flags(*FLAGS)
 
 
