@@ -14,6 +14,12 @@ const char *write_shortest(char text[32], double number)
         snprintf(text, 32, "%.*g", digits, number);
         if (strtod(text, NULL) == number) break;
     }
+    char *mark = text + strspn(text, "-0123456789"); /* the host's locale may have another one, of many bytes */
+    const size_t size = strcspn(mark, "0123456789abcdefghijklmnopqrstuvwxyz");
+    if (size) {
+        memmove(mark + 1, mark + size, strlen(mark + size) + 1);
+        *mark = '.';
+    }
     return text;
 }
 

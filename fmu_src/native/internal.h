@@ -7,7 +7,7 @@
 /* Parts of the results, which are computed when they are asked for. */
 enum { RATES, RESULTS, LATER };
 
-/* The shortest text that reads back as the number; it lives as long as the block around it. */
+/* The shortest text that reads back as the number, with a point in every locale; it lives as long as the block around it. */
 #define SHORTEST(number) write_shortest((char[32]){""}, number)
 const char *write_shortest(char text[32], double number);
 
