@@ -16,12 +16,12 @@ from fmu_src.reference_results import reference_samples
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import check_writable
 from surrogate.closed_form import ClosedForm, Model, closed_form
+from surrogate.evaluation import IN_DOMAIN, std_name
 from surrogate.exports import export_c
 
 ALIASES = {"": "1", "-": "1", "kt": "kn"}
 """Other spellings of units that the descriptions know."""
 FAULTS = ("", "The outputs are not finite.")
-IN_DOMAIN = "in_domain"
 SAMPLES = 11
 """Expected results that travel in the FMU."""
 
@@ -76,7 +76,7 @@ def _description(form: ClosedForm, model: Model, name: str) -> ModelDescription:
     known = tuple(variable.name for variable in inputs)
     outputs = [_output(v.name, v.unit, "Output of the model", known) for v in form.outputs]
     deviations = [
-        replace(_output(f"{v.name}_std", v.unit, f"Standard deviation of {v.name}", known), deferred=True)
+        replace(_output(std_name(v.name), v.unit, f"Standard deviation of {v.name}", known), deferred=True)
         for v in form.outputs
         if form.std
     ]

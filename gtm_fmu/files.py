@@ -57,6 +57,19 @@ def check_writable(path: str | Path) -> Path:
     return path
 
 
+def check_kept(path: Path, *sources: Path) -> None:
+    """Refuse to write a file that the same command reads, by whichever name, or into a store that it reads.
+
+    Raises:
+        InputError: it is one of them, or lies in one of them.
+    """
+    place = real_path(path)
+    for source in sources:
+        with suppress(OSError):
+            if place.is_relative_to(real_path(source)) or place.samefile(source):
+                raise InputError(f"{_shown(path)} is read by this command and is kept; name another file to write.")
+
+
 def writable_folder(path: str | Path) -> Path:
     """The folder, made when missing.
 

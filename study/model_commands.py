@@ -1,6 +1,7 @@
 """The commands `gtm-fmu train`, `predict` and `export`: models of the aircraft's data and of any other."""
 
 import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,10 +17,6 @@ Pair = tuple[float, float]
 Method = Literal["br", "lm", "lolimot", "hilomot"]
 
 
-def _names(spelling: str) -> list[str]:
-    return [name.strip() for name in spelling.split(",") if name.strip()]
-
-
 def _layers(spelling: str) -> tuple[int, ...]:
     """Neurons of each hidden layer."""
     try:
@@ -32,8 +29,13 @@ def train(
     data: Annotated[Path, typer.Argument(help="Table: .csv, .parquet, or a .zarr data set.")],
     output: Annotated[Path, typer.Option(help="File of the model.")],
     method: Annotated[Method, typer.Option(help="Networks: br, lm. Local models: lolimot, hilomot.")] = "br",
-    inputs: Annotated[str | None, typer.Option(help="Columns NAME or NAME:UNIT, with commas between.")] = None,
-    outputs: Annotated[str | None, typer.Option(help="Columns to be learnt, in the same way.")] = None,
+    inputs: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAMES", help="Columns NAME or NAME:UNIT, with commas between, or given once for each."),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None, typer.Option(metavar="NAMES", help="Columns to be learnt, in the same way.")
+    ] = None,
     hidden: Annotated[str, typer.Option(help="Neurons of a network, for each hidden layer: 10 or 20,20.")] = "10",
     splits: Annotated[int, typer.Option(min=1, help="Models, each on a random split; the best is kept.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Start of all random numbers.")] = 0,
@@ -43,10 +45,11 @@ def train(
     """Train a model on a table.
 
     Without --inputs and --outputs the columns are those of a rudder's failure: altitude, gamma and the limits; V_min
-    and V_max. Rows without a value are left out. Errors are mean squares of outputs mapped to 0 .. 1, on rows for the
-    training, for the test of that split, and on a tenth of all rows that no training saw.
+    and V_max. A column of words is an input for each of its levels. Rows without a value are left out. Errors are
+    mean squares of outputs mapped to 0 .. 1, on rows for the training, for the test of that split, and on a tenth of
+    all rows that no training saw.
     """
-    from gtm_fmu.files import check_writable
+    from gtm_fmu.files import check_kept, check_writable
     from study.cli import show
     from study.emulator import INPUTS, SPEEDS
     from study.model_training import train_model
@@ -55,14 +58,13 @@ def train(
 
     if (inputs is None) != (outputs is None):
         raise InputError("Either --inputs or --outputs was given: give both, or none for a rudder's failure.")
-    columns = [_names(inputs), _names(outputs)] if inputs is not None and outputs is not None else []
-    if inputs is None:
-        columns = [[f"{name}:{unit}" for name, unit in group] for group in (INPUTS, SPEEDS)]
-    if not all(columns):
-        raise InputError("No inputs or no outputs were given: name at least one column of each.")
+    asked, learnt = inputs, outputs
+    if asked is None or learnt is None:
+        asked, learnt = ([f"{name}:{unit}" for name, unit in group] for group in (INPUTS, SPEEDS))
+    check_kept(output, data)
     check_writable(output)
     layers = _layers(hidden)
-    samples = read_samples(data, *columns)
+    samples = read_samples(data, asked, learnt)
     with stages(Console(stderr=True)) as stage, stage(f"Training on {len(samples.X)} rows") as advance:
         model = train_model(samples, method, splits=splits, hidden=layers, seed=seed, device=device, progress=advance)
     try:
@@ -105,6 +107,8 @@ def predict(
     One case is given by its options, for a model of your own by --at. A whole table is given by --data and --output;
     its columns are the model's inputs, or altitude_ft, gamma_deg, rudder_lower_deg and rudder_upper_deg.
     """
+    from gtm_fmu.files import check_kept
+
     condition = any(value is not None for value in (altitude_ft, gamma_deg, rudder_deg))
     if model_file is not None and (condition or model is not None):
         given = f"Got unexpected extra argument ({model_file}) beside a flight condition"
@@ -112,6 +116,8 @@ def predict(
     if (data is None) != (output is None) or (data is not None and (at or condition)):
         raise InputError("A table is predicted into another: give --data and --output, and no single case.")
     if model_file is not None:
+        if output is not None:
+            check_kept(output, model_file)
         return _ask_own(load(model_file), at or [], data, output, as_json)
     if at:
         raise InputError("--at is for a model of your own: give its file, or leave --at out.")
@@ -125,9 +131,11 @@ def _ask_own(model: Any, at: list[str], data: Path | None, output: Path | None, 
     from study.cli import show
 
     if data is None or output is None:
-        show(_predict_one(model, at), as_json, "Prediction")
+        found = _results(model, _case(model, at))
+        show({name: value.item() for name, value in found.items()}, as_json, "Prediction")
     else:
-        show({"output": str(output), "rows": _predict_table(model, data, output)}, as_json, "Predictions")
+        rows = _predict_table(model.inputs, lambda X: _results(model, X), data, output)
+        show({"output": str(output), "rows": rows}, as_json, "Predictions")
 
 
 def _ask_surrogate(
@@ -147,61 +155,54 @@ def _ask_surrogate(
 
 def _envelopes_of_table(surrogate: Any, data: Path, output: Path) -> int:
     from study.emulator import INPUTS
-    from study.samples import columns, read_table, write_table
+    from surrogate import Variable
 
-    table, _ = read_table(data)
-    found = surrogate.predict(columns(table, [name for name, _ in INPUTS], data))._asdict()
-    for name, values in found.items():
-        table[f"{name}_predicted" if name in table else name] = values
-    write_table(table, output)
-    return len(table)
+    inputs = [Variable(*pair) for pair in INPUTS]
+    return _predict_table(inputs, lambda X: surrogate.predict(X)._asdict(), data, output)
 
 
-def _predict_one(model: Any, at: list[str]) -> dict[str, Any]:
+def _predict_table(inputs: Sequence[Any], results: Callable[[Any], dict[str, Any]], data: Path, output: Path) -> int:
+    """Write the results at all rows of a table into another, beside what the table holds; how many rows."""
+    from gtm_fmu.files import check_kept
+    from study.samples import inputs_of_table
+    from study.tables import check_table, read_table, with_results, write_table
+
+    check_kept(output, data)
+    check_table(output)
+    X, rows = inputs_of_table(inputs, read_table(data))
+    write_table(with_results(rows, results(X), data), output)
+    return len(rows)
+
+
+def _case(model: Any, at: list[str]) -> list[float]:
+    """The inputs that --at gives."""
+    from study.samples import input_given
+
     names = [variable.name for variable in model.inputs]
     given: dict[str, float] = {}
     for item in at:
-        name, _, value = item.rpartition("=")
-        try:
-            given[name] = float(value)
-        except ValueError:
-            raise InputError(f"--at was given as '{item}': give NAME=VALUE, for instance {names[0]}=1.") from None
-    if len(given) < len(at):
-        raise InputError(f"--at was given {len(at)} times for {len(given)} names: give each input once.")
+        values = input_given(item, names)
+        if values.keys() & given.keys():
+            raise InputError(f"--at gives {', '.join(values.keys() & given.keys())} twice: give each input once.")
+        given |= values
     if given.keys() != set(names):
         raise InputError(f"--at gives {', '.join(given) or 'nothing'}: give one for each of {', '.join(names)}.")
-    x = [given[name] for name in names]
-    values, deviations = _results(model, x)
-    result = {"in_domain": bool(model.in_range(x))}
-    result |= dict(zip((variable.name for variable in model.outputs), values.tolist(), strict=True))
-    if deviations is not None:
-        result |= {f"{v.name}_std": d for v, d in zip(model.outputs, deviations.tolist(), strict=True)}
-    return result
+    return [given[name] for name in names]
 
 
-def _results(model: Any, X: Any) -> tuple[Any, Any]:
-    """Outputs and their standard deviations, None without."""
+def _results(model: Any, X: Any) -> dict[str, Any]:
+    """All results at the inputs X (..., d), each (...,)."""
+    from surrogate.evaluation import IN_DOMAIN, check_result_names, std_name
+
     try:
-        has_std = getattr(model, "has_std", False)
-        return model.predict(X), model.predict_std(X) if has_std else None
+        check_result_names(model.inputs, model.outputs)
+        groups = [([v.name for v in model.outputs], model.predict(X))]
+        if getattr(model, "has_std", False):
+            groups.append(([std_name(v.name) for v in model.outputs], model.predict_std(X)))
     except ValueError as error:
         raise InputError(str(error)) from None
-
-
-def _predict_table(model: Any, data: Path, output: Path) -> int:
-    from study.samples import check_table, columns, read_table, write_table
-
-    check_table(output)
-    table, _ = read_table(data)
-    X = columns(table, [variable.name for variable in model.inputs], data)
-    values, deviations = _results(model, X)
-    for k, variable in enumerate(model.outputs):
-        table[variable.name] = values[:, k]
-        if deviations is not None:
-            table[f"{variable.name}_std"] = deviations[:, k]
-    table["in_domain"] = model.in_range(X)
-    write_table(table, output)
-    return len(table)
+    values = {name: Y[..., k] for names, Y in groups for k, name in enumerate(names)}
+    return {IN_DOMAIN: model.in_range(X)} | values
 
 
 def export(
@@ -228,7 +229,7 @@ def export(
 
     An FMU and the functions of C bear the name of the file; C comes with a header beside it.
     """
-    from gtm_fmu.files import check_writable
+    from gtm_fmu.files import check_kept, check_writable
 
     given = {"fmu": fmu, "fmu3": fmu3, "c": c, "js": js, "numpy": numpy, "onnx": onnx, "onnx32": onnx32}
     given |= {"latex": latex, "text": text, "json": json}
@@ -237,6 +238,7 @@ def export(
         raise InputError(f"{len(chosen)} forms were chosen: give one of {', '.join(f'--{name}' for name in given)}.")
     if all_platforms and not (fmu or fmu3):
         raise InputError("--all-platforms is for an FMU: leave it out, or give --fmu or --fmu3.")
+    check_kept(output, model_file)
     check_writable(output)
     model = load(model_file)
     if fmu or fmu3:
@@ -251,17 +253,20 @@ def export(
 def _write_form(model: Any, form: str, output: Path, *, has_std: bool) -> None:
     from study.files import write_bytes
     from surrogate.closed_form import closed_form
-    from surrogate.exports import export_c, export_form
+    from surrogate.exports import check_header, export_c, export_form
 
     closed = closed_form(model, has_std=has_std)
     if form == "c":
         if output.suffix != ".c" or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", output.stem, re.ASCII):
             raise InputError(f"C cannot be called '{output.name}': choose letters, digits and _, and the ending .c.")
         contents = export_c(closed, output.stem)
+        check_header(output.with_suffix(".h"))
     else:
         try:
             contents = {output.name: export_form(closed, form)}
         except ImportError as error:
             raise InputError(f"--{form} needs {error.name}: pip install 'gtm-fmu[onnx]'.") from None
+        except ValueError as error:
+            raise InputError(str(error)) from None
     for name, content in contents.items():
         write_bytes(content, output.with_name(name))

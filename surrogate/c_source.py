@@ -5,7 +5,7 @@ import numpy as np
 from surrogate.closed_form import ClosedForm
 from surrogate.loops import Body, Language, Tables
 from surrogate.program import Program
-from surrogate.text import comment_lines
+from surrogate.text import WRITTEN_BY, comment_lines
 
 C99 = Language(
     counter="int",
@@ -16,6 +16,8 @@ C99 = Language(
     indices="static const int {name}[{size}] = {{\n    {values}}};",
     words={"tanh": "TANSIG", "exp": "exp", "softplus": "SOFTPLUS", "sqrt": "sqrt", "max": "fmax"},
 )
+HEADER_MARK = f"/* {WRITTEN_BY} */"
+"""First line of every header."""
 TANSIG = """/* tanh, which this form computes faster than most libraries; it cannot overflow. */
 static double {prefix}tansig(double x)
 {{
@@ -33,6 +35,7 @@ def c_header(form: ClosedForm, name: str = "model") -> str:
     d, m = len(form.inputs), len(form.outputs)
     guard = f"{name.upper()}_H"
     lines = [
+        HEADER_MARK,
         f"#ifndef {guard}",
         f"#define {guard}",
         "",

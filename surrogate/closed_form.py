@@ -24,6 +24,8 @@ class ClosedForm:
     outputs: tuple[Variable, ...]
     input_ranges: Array
     """Least and greatest value of each input in the training data (d, 2), in the input's unit."""
+    output_ranges: Array
+    """The same of the outputs (m, 2)."""
     predict: Program
     """Outputs from inputs, each in its unit."""
     std: Program | None
@@ -50,7 +52,7 @@ def closed_form(model: Model, *, has_std: bool = True, has_short_factor: bool = 
             std = _deviations(model, factor, model.beta)
     else:
         predict = _local_models(model)
-    return ClosedForm(model.inputs, model.outputs, model.input_ranges, predict, std)
+    return ClosedForm(model.inputs, model.outputs, model.input_ranges, model.target_ranges, predict, std)
 
 
 def _activations(network: Network, program: Program) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,32 @@ class Variable(NamedTuple):
 
     name: str
     unit: str
+
+
+IN_DOMAIN = "in_domain"
+"""What a result is called that says whether all inputs lie in the ranges of the training data."""
+
+
+def std_name(output: str) -> str:
+    """What the standard deviation of an output is called."""
+    return f"{output}_std"
+
+
+def check_names(*groups: Iterable[Variable]) -> None:
+    """ValueError unless names and units are text that a file can hold: no halves of characters (surrogates)."""
+    for word in (word for group in groups for variable in group for word in variable):
+        if not isinstance(word, str) or any("\ud800" <= c <= "\udfff" for c in word):
+            raise ValueError(f"{word!r} is the name or unit of a variable, but is no text: give another one.")
+
+
+def check_result_names(inputs: Sequence[Variable], outputs: Sequence[Variable]) -> None:
+    """ValueError where two results of a model would have one name: its outputs, their deviations, `IN_DOMAIN`."""
+    names = {variable.name for group in (inputs, outputs) for variable in group}
+    kept = {IN_DOMAIN: "whether a case lies in the training data"}
+    kept |= {std_name(v.name): f"the standard deviation of '{v.name}'" for v in outputs}
+    for name, meaning in kept.items():
+        if name in names:
+            raise ValueError(f"'{name}' is what a model calls {meaning}: rename that column.")
 
 
 def evaluate_by_blocks(evaluate: Callable[[Array], Array], X: ArrayLike, inputs: Sequence[Variable]) -> Array:

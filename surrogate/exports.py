@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 
-from surrogate.c_source import c_header, c_source
+from gtm_fmu.errors import InputError
+from surrogate.c_source import HEADER_MARK, c_header, c_source
 from surrogate.closed_form import ClosedForm
 from surrogate.javascript import javascript
 from surrogate.numpy_source import numpy_source
@@ -59,3 +61,13 @@ def export_form(closed: ClosedForm, form: str) -> bytes:
 def export_c(closed: ClosedForm, name: str) -> dict[str, bytes]:
     """C99 source and header by their file names; all public names begin with `name`, an identifier of C."""
     return {f"{name}.c": c_source(closed, name).encode(), f"{name}.h": c_header(closed, name).encode()}
+
+
+def check_header(path: Path) -> None:
+    """Refuse to replace a header that no export wrote, as nobody names it.
+
+    Raises:
+        InputError: there is one.
+    """
+    if path.exists() and not (path.is_file() and path.read_bytes().startswith(HEADER_MARK.encode())):
+        raise InputError(f"{path} would be replaced by the header, but is not one of an export: choose another name.")

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from surrogate.evaluation import Variable, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
+from surrogate.evaluation import Variable, check_names, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
 from surrogate.partitions import Partition, SplitTree
 from surrogate.scaling import Array, to_unit
 
@@ -61,7 +61,8 @@ class LocalModelNetwork:
     """How the network came about: anything that JSON can hold."""
 
     def __post_init__(self) -> None:
-        """Check the shapes, and hold every array unchangeable."""
+        """Check names and shapes, and hold every array unchangeable."""
+        check_names(self.inputs, self.outputs)
         d, m, M = len(self.inputs), len(self.outputs), self.partition.tree.models
         terms = np.array(self.terms, dtype=np.int64)
         if terms.ndim != 2 or terms.shape[1] != 2 or not ((terms >= 0) & (terms <= d)).all():

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from surrogate.evaluation import Variable, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
+from surrogate.evaluation import Variable, check_names, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
 from surrogate.scaling import Array, from_symmetric, to_symmetric
 
 
@@ -44,7 +44,8 @@ class Network:
     """How the network came about: anything that JSON can hold."""
 
     def __post_init__(self) -> None:
-        """Check the shapes, and hold every array unchangeable."""
+        """Check names and shapes, and hold every array unchangeable."""
+        check_names(self.inputs, self.outputs)
         if not len(self.weights) == len(self.biases) > 1:
             raise ValueError(
                 f"the network has {len(self.weights)} weights and {len(self.biases)} biases, but each of its layers, "

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from onnx import ModelProto
 
 OPSET, IR_VERSION = 17, 8
+SINGLE_ERROR = 1e-6
+"""Error of single precision that is promised, as a share of a variable's range."""
 FUNCTIONS = {"tanh": "Tanh", "exp": "Exp", "sqrt": "Sqrt"}
 
 
@@ -49,6 +51,9 @@ def onnx_model(form: ClosedForm, dtype: str = "float64") -> ModelProto:
         dtype: 'float64', or 'float32' for runtimes without double precision.
 
     Names, units and the ranges of the inputs are in the model's metadata.
+
+    Raises:
+        ValueError: in single precision a variable would be rounded by more than `SINGLE_ERROR` of its range.
     """
     import json
 
@@ -56,6 +61,8 @@ def onnx_model(form: ClosedForm, dtype: str = "float64") -> ModelProto:
 
     if dtype not in ("float64", "float32"):
         raise ValueError(f"'{dtype}' is no precision of an ONNX export: choose 'float64' or 'float32'.")
+    if dtype == "float32":
+        _check_single(form)
     graph = _Graph(np.dtype(dtype))
     kind = helper.np_dtype_to_tensor_dtype(np.dtype(dtype))
     results = [("outputs", form.predict)] + ([("std", form.std)] if form.std else [])
@@ -77,6 +84,19 @@ def onnx_model(form: ClosedForm, dtype: str = "float64") -> ModelProto:
     helper.set_model_props(made, {name: json.dumps(value) for name, value in about.items()})
     checker.check_model(made, full_check=True)
     return made
+
+
+def _check_single(form: ClosedForm) -> None:
+    eps = np.finfo(np.float32).eps
+    ranges = np.concatenate([form.input_ranges, form.output_ranges])
+    for variable, (least, greatest) in zip((*form.inputs, *form.outputs), ranges.tolist(), strict=True):
+        size = max(abs(least), abs(greatest))
+        if eps * size > SINGLE_ERROR * (greatest - least):
+            raise ValueError(
+                f"Single precision rounds '{variable.name}', {least:.10g} .. {greatest:.10g}, by up to "
+                f"{eps * size / (greatest - least):.1e} of its range: take --onnx, or train with '{variable.name}' "
+                "counted from a near value."
+            )
 
 
 def _add(graph: _Graph, program: Program, result: str) -> None:

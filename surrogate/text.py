@@ -9,12 +9,15 @@ from surrogate.closed_form import ClosedForm
 from surrogate.evaluation import Variable
 from surrogate.scalars import run
 
+WRITTEN_BY = "Written by gtm-fmu from a fitted model."
+"""First line of every file."""
+
 
 def comment_lines(form: ClosedForm) -> list[str]:
     """What a file says first: inputs with their ranges, and outputs."""
     ranges = zip(form.inputs, form.input_ranges.tolist(), strict=True)
     return [
-        "Written by gtm-fmu from a fitted model.",
+        WRITTEN_BY,
         "Inputs, and their ranges in the training data:",
         *(f"    {k}  {_named(v)}  {low:.10g} .. {high:.10g}" for k, (v, (low, high)) in enumerate(ranges)),
         "Outputs:",
@@ -23,9 +26,10 @@ def comment_lines(form: ClosedForm) -> list[str]:
 
 
 def _named(variable: Variable) -> str:
-    """Name and unit on one line, without what could end a comment."""
+    """Name and unit on one line, without what could begin or end a comment of C, or a trigraph."""
     text = f"{variable.name} [{variable.unit}]"
-    return re.sub(r"\s+", " ", "".join(c if c.isprintable() else " " for c in text)).replace("*/", "* /")
+    line = re.sub(r"\s+", " ", "".join(c if c.isprintable() else " " for c in text))
+    return re.sub(r"(?<=\*)(?=/)|(?<=/)(?=[*/])|(?<=\?)(?=\?)", " ", line)
 
 
 class _Text:

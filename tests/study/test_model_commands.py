@@ -144,7 +144,11 @@ class TestTrain:
         [
             (["wing.csv", "--inputs", "span_mm"], "give both, or none"),
             (["wing.csv"], "has no column 'altitude_ft': it has span_mm, alpha_deg"),
-            (["wing.csv", "--inputs", "span_mm,wing", "--outputs", "lift"], "'wing' of .* holds more than numbers"),
+            (
+                ["wing.csv", "--inputs", "span_mm,wing", "--outputs", "lift"],
+                "'wing' holds words, .* has 2 to 32 .* these are 1:",
+            ),
+            (["wing.csv", "--inputs", "span_mm", "--outputs", "wing"], "'wing' holds more than numbers"),
             (["wing.csv", "--inputs", "span_mm", "--outputs", "span_mm"], "given twice"),
             (["wing.csv", "--inputs", ",", "--outputs", "lift"], "name at least one column of each"),
             (["wing.csv", *COLUMNS, "--hidden", "4,x"], "give numbers of neurons"),
@@ -206,7 +210,8 @@ class TestPredict:
         assert code == 0
         found, wing = pd.read_csv(tmp_path / "found.csv"), table()
         expected = load_model(trained).predict(wing[["span_mm", "alpha_deg"]])
-        np.testing.assert_allclose(found[["lift", "drag"]], expected, rtol=1e-15)
+        np.testing.assert_allclose(found[["lift_predicted", "drag_predicted"]], expected, rtol=1e-15)
+        pd.testing.assert_frame_equal(found[wing.columns], pd.read_csv(folder / "wing.csv"))  # what was measured stays
         assert found["in_domain"].tolist() == load_model(trained).in_range(wing[["span_mm", "alpha_deg"]]).tolist()
 
     def test_rudder_of_the_package(self, command):

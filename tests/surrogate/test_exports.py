@@ -6,6 +6,7 @@ import math
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from fmu_src.closed_form import ClosedForm
 from surrogate import LocalModelNetwork, Network, Variable
 from surrogate.c_source import c_header, c_source
 from surrogate.closed_form import closed_form
-from surrogate.exports import FORMS, export_form
+from surrogate.exports import FORMS, export_c, export_form
 from surrogate.local_models import polynomial_terms
 from surrogate.partitions import AxisPartition, ObliquePartition, SplitTree
 
@@ -290,3 +291,38 @@ def test_far_outside_stays_finite(tmp_path):
         with np.errstate(all="raise", under="ignore"):
             found = closed_form(MODELS[name]).predict.evaluate(far)
         np.testing.assert_allclose(found, MODELS[name].predict(far), rtol=1e-9)
+
+
+def test_variables_that_single_precision_cannot_tell_apart():
+    """Unix time over a day: eps |x| / range is 2.4e-3. A day counted from midnight is kept, and a temperature in K."""
+    model = MODELS["without deviations"]
+    day = np.array([1.76e9, 1.76e9 + 86400.0])
+    for ranges in ({"input_ranges": [day, *RANGES[1:]]}, {"target_ranges": [TARGETS[0], day]}):
+        with pytest.raises(
+            ValueError, match=r"rounds '(wing span|speed)', 1760000000 .. 1760086400, by up to 2\.4e-03"
+        ):
+            export_form(closed_form(replace(model, **ranges)), "onnx32")
+        assert export_form(closed_form(replace(model, **ranges)), "onnx")
+    onnxruntime = pytest.importorskip("onnxruntime")
+    kept = replace(model, input_ranges=[[280.0, 320.0], [0.0, 86400.0], RANGES[2]])
+    x = np.random.default_rng(2).uniform(*kept.input_ranges.T, (500, 3)).astype(np.float32)
+    [found] = onnxruntime.InferenceSession(export_model(kept, "onnx32")).run(None, {"inputs": x})
+    assert np.abs((found - kept.predict(x)) / np.ptp(TARGETS, axis=1)).max() < 1e-6
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_c_has_no_warnings_for_any_name(tmp_path, compiler):
+    """Comments, trigraphs, quotes and backslashes in names stay in the comment that they are in."""
+    if shutil.which(compiler) is None:
+        pytest.skip(f"there is no {compiler}")
+    names = ("v??/", "/* b", "*/*/ // \\")
+    for k, model in enumerate(MODELS.values()):
+        named = replace(model, inputs=tuple(Variable(name, "*??/") for name in names))
+        for name, content in export_c(closed_form(named), f"wing{k}").items():
+            (tmp_path / name).write_bytes(content)
+    flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"]
+    sources = sorted(path.name for path in tmp_path.glob("*.[ch]"))
+    subprocess.run([compiler, *flags, *sources], cwd=tmp_path, check=True)
+    head = (tmp_path / "wing0.c").read_text().split("*/")[0]
+    assert head.count("/*") == 1
+    assert "??" not in head
