@@ -1,9 +1,12 @@
 """The command line `gtm-fmu`: thin commands over the packages, one sentence for every mistake."""
 
+import errno
+import io
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -313,12 +316,42 @@ app.add_typer(maps, name="map")
 
 
 def _refuse(sentence: str) -> int:
-    print(f"gtm-fmu: {' '.join(sentence.split())}", file=sys.stderr)
+    with suppress(OSError):  # standard error may be full too
+        print(f"gtm-fmu: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
     return BAD_INPUT
 
 
 def main() -> None:
-    """Run a command; a user's mistake is one sentence on standard error and exit code 2."""
+    """Run a command; a user's mistake is one sentence on standard error and exit code 2.
+
+    So is a machine that is short of something: memory, room on a disk, open files.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # the name of a file need not be text
+    code = _run()
+    if error := _output_error():
+        is_told = code not in (0, NO_SOLUTION) or error.errno == errno.EPIPE  # who reads a pipe may have seen enough
+        code = BAD_INPUT
+        if not is_told:
+            _refuse(f"Cannot write to standard output ({error.strerror}); finished files are kept.")
+        with suppress(OSError):  # the rest of the output is not tried again at the end of the process
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(code)
+
+
+def _output_error() -> OSError | None:
+    """Why standard output cannot be written."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError as error:
+        return error
+    return None
+
+
+def _run() -> int:
+    """The exit code of the command that is asked for."""
     try:
         code = app(sys.argv[1:] or ["--help"], standalone_mode=False, prog_name=app.info.name) or 0
     except InputError as error:
@@ -327,6 +360,11 @@ def main() -> None:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else app.info.name
         code = _refuse(f"{error.format_message().rstrip('.')}; see `{command} --help`.")
+    except MemoryError:
+        code = _refuse("There is not enough memory; ask for less at a time, or end other programs.")
+    except OSError as error:
+        reason = f"{error.strerror or error}: {error.filename}" if error.filename else error.strerror or error
+        code = 0 if _output_error() else _refuse(f"The system refused something ({reason}); finished files are kept.")
     if code == INTERRUPTED:
         print("gtm-fmu: stopped; finished files are kept.", file=sys.stderr)
-    sys.exit(code)
+    return code

@@ -227,7 +227,8 @@ class TestCluster:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"workers": 0}, "0 workers were asked for; ask for at least one"),
+        ({"workers": 0}, "0 workers were asked for; ask for 1 to 1024"),
+        ({"workers": 1025}, "1025 workers were asked for; ask for 1 to 1024"),
         ({"alpha_deg": (10, -5)}, "alpha in deg 10 -5 are reversed"),
         ({"phi_deg": (-90, 0)}, "phi in deg -90 is outside"),
     ],
