@@ -150,13 +150,7 @@ class ElementaryEffects(Result):
             "evaluations": len(self.design.points),
             "seed": self.design.seed,
             "confidence": self.confidence,
-            "outputs": {
-                output: {
-                    name: {kind: getattr(self, kind).to_dict(i, j) for kind in ("mu", "mu_star", "sigma")}
-                    for i, name in enumerate(self.names)
-                }
-                for j, output in enumerate(self.output_names)
-            },
+            "outputs": self.by_output(),
         }
 
 

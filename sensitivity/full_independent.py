@@ -54,13 +54,7 @@ class FullIndependentIndices(Result):
             "n_base": self.n_base,
             "n_evaluations": self.n_evaluations,
             "confidence": self.confidence,
-            "outputs": {
-                output: {
-                    name: {kind: getattr(self, kind).to_dict(i, j) for kind in KINDS}
-                    for i, name in enumerate(self.input_names)
-                }
-                for j, output in enumerate(self.output_names)
-            },
+            "outputs": self.by_output(),
         }
 
 

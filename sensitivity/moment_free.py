@@ -44,19 +44,14 @@ class PawnIndices(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain dictionaries and numbers, ready for JSON."""
-        kinds = ("median", "largest", "mean")
+        outputs = self.by_output()
+        for j, output in enumerate(self.output_names):
+            outputs[output]["dummy"] = float(self.dummy[j])
         return {
             "definition": "PAWN: Kolmogorov-Smirnov distance of the outputs of a slice to all (Pianosi, Wagener 2015)",
             "slices": self.slices,
             "confidence": self.confidence,
-            "outputs": {
-                output: {
-                    name: {kind: getattr(self, kind).to_dict(i, j) for kind in kinds}
-                    for i, name in enumerate(self.input_names)
-                }
-                | {"dummy": float(self.dummy[j])}
-                for j, output in enumerate(self.output_names)
-            },
+            "outputs": outputs,
         }
 
 

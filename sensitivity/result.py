@@ -37,6 +37,16 @@ class Result:
         """The estimates by kind."""
         return {kind: getattr(self, kind) for kind in self.kinds}
 
+    def by_output(self) -> dict[str, dict[str, Any]]:
+        """The estimates as plain numbers: output, row, kind."""
+        return {
+            output: {
+                row: {kind: estimate.to_dict(i, j) for kind, estimate in self.estimates.items()}
+                for i, row in enumerate(self.row_names)
+            }
+            for j, output in enumerate(self.output_names)
+        }
+
     @property
     def half_width(self) -> float:
         """Half of the widest interval of all estimates."""
