@@ -4,7 +4,7 @@ BIN := .venv/bin
 BUILT_FROM := pyproject.toml setup.py constraints.txt $(wildcard gtm_fmu/core/*.c gtm_fmu/core/*.h) \
 	gtm_fmu/core/generate.py $(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*)
 
-.PHONY: study test benchmarks clean
+.PHONY: study test benchmarks publish-benchmarks clean
 
 study: .venv/installed
 	$(BIN)/gtm-fmu study --output build/study
@@ -17,6 +17,10 @@ test: .venv/installed
 
 benchmarks: .venv/installed
 	for script in benchmarks/[a-z]*.py; do $(BIN)/python $$script || exit 1; done
+
+# What README quotes: the results of the last `make benchmarks` on an idle machine.
+publish-benchmarks:
+	cp build/benchmarks/*.json benchmarks/results/
 
 .venv/installed: $(BUILT_FROM)
 	$(PYTHON) -m venv .venv

@@ -10,7 +10,6 @@ case. Times are processor time, the best of several rounds; of these, the median
 """
 
 import ctypes
-import json
 import platform
 import subprocess
 import tempfile
@@ -22,6 +21,7 @@ import fmpy
 import jsbsim
 import numpy as np
 from fmpy.fmi2 import FMU2Model
+from table import write_json
 
 from fmu_src import build
 from fmu_src.native_packaging import NATIVE_MODELS
@@ -29,7 +29,6 @@ from gtm_fmu.client import FmuClient
 from gtm_fmu.units import M_PER_FT, RAD_PER_DEG
 
 STEP_S, ROUNDS = 0.01, 5
-RESULT = Path(__file__).parent / "results" / "fmu.json"
 STUB = """
 #include <stddef.h>
 #include <string.h>
@@ -199,8 +198,7 @@ def main() -> None:
         "c_model_ns_per_step": alone,
         "c_wrapper_ns_per_step": round(through - alone, 1),
     } | found
-    RESULT.parent.mkdir(exist_ok=True)
-    RESULT.write_text(json.dumps(result, indent=1) + "\n")
+    write_json("fmu", result)
     for name, value in result.items():
         print(f"| {name} | {value} |")
 

@@ -1,4 +1,7 @@
-"""Results of a benchmark: one JSON file each, with the machine they were measured on."""
+"""Results of a benchmark: one JSON file each, with the machine they were measured on.
+
+They go to build/benchmarks. `make publish-benchmarks` makes them those that README quotes, in benchmarks/results.
+"""
 
 import json
 import os
@@ -6,7 +9,7 @@ import platform
 import sys
 from pathlib import Path
 
-RESULTS = Path(__file__).parent / "results"
+RESULTS = Path(__file__).parents[1] / "build" / "benchmarks"
 
 
 def machine() -> str:
@@ -20,13 +23,17 @@ def machine() -> str:
 
 
 def write(name: str, rows: list[dict]) -> None:
-    """Print the rows and write them to results/NAME.json."""
-    RESULTS.mkdir(exist_ok=True)
+    """Print the rows and write them to NAME.json."""
     for row in rows:
         beside = f"   {row['peer']}: {row['peer_value']:g}, ratio {row['ratio']:.3g}" if "peer" in row else ""
         print(f"{row['name']}: {row['value']:g} {row['unit']}{beside}")
-    text = json.dumps({"machine": machine(), "rows": rows}, indent=1)
-    (RESULTS / f"{name}.json").write_text(text + "\n")
+    write_json(name, {"machine": machine(), "rows": rows})
+
+
+def write_json(name: str, result: dict) -> None:
+    """Write a result to NAME.json."""
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    (RESULTS / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
 
 
 def row(
