@@ -81,8 +81,8 @@ def _deviations(network: Network, factor: np.ndarray, beta: float) -> Program:
     one = program.add(Constant(np.ones(1)))
     a_1 = [program.add(Join((x, one))) for x in a]
     slope = [program.scale(program.add(Apply(x, "square")), 0.0, -1.0, 1.0) for x in a[1:]]  # 1 - a^2
-    zeros = program.add(Constant(np.zeros(program.sizes[a_1[-1]])))
     m = len(network.outputs)
+    zeros = program.add(Constant(np.zeros(program.sizes[a_1[-1]]))) if m > 1 else None
     Kg = []
     for o in range(m):
         delta = program.scale(slope[-1], 0.0, network.weights[-1][o])
@@ -92,7 +92,7 @@ def _deviations(network: Network, factor: np.ndarray, beta: float) -> Program:
             each = np.arange(W.shape[1])
             delta = program.add(Products(back, s, each, each))
             gradient.insert(0, _outer(program, delta, x))
-        gradient += [a_1[-1] if k == o else zeros for k in range(m)]
+        gradient += [a_1[-1] if k == o or zeros is None else zeros for k in range(m)]
         g = program.add(Join(tuple(gradient)))
         Kg.append(program.add(Affine(g, factor, np.zeros(len(factor)))))
     squares = program.add(Apply(program.add(Join(tuple(Kg))), "square"))

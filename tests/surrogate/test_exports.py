@@ -25,18 +25,18 @@ RANGES = np.array([[1000.0, 9000.0], [-5.0, 5.0], [-1.0, 1.0]])
 TARGETS = np.array([[40.0, 140.0], [0.01, 0.03]])
 
 
-def network(*hidden: int, has_std: bool = True) -> Network:
-    """Layers with random weights."""
-    rng, sizes = np.random.default_rng(len(hidden)), (3, *hidden, 2)
+def network(*hidden: int, has_std: bool = True, d: int = 3, m: int = 2) -> Network:
+    """Layers with random weights, of the first d inputs and m outputs."""
+    rng, sizes = np.random.default_rng(len(hidden)), (d, *hidden, m)
     layers = list(zip(sizes[1:], sizes[:-1], strict=True))
     P = sum(size * (before + 1) for size, before in layers)
     return Network(
         weights=tuple(rng.normal(size=shape) for shape in layers),
         biases=tuple(rng.normal(size=size) for size, _ in layers),
-        input_ranges=RANGES,
-        target_ranges=TARGETS,
-        inputs=INPUTS,
-        outputs=OUTPUTS,
+        input_ranges=RANGES[:d],
+        target_ranges=TARGETS[:m],
+        inputs=INPUTS[:d],
+        outputs=OUTPUTS[:m],
         beta=50.0 if has_std else None,
         posterior_factor=np.triu(rng.normal(scale=0.05, size=(P, P))) if has_std else None,
     )
@@ -110,6 +110,14 @@ def check(model, *, predict, std=None, gradient=None, std_gradient=None) -> None
             np.testing.assert_allclose(std_gradient, std_slopes(model), rtol=1e-5, atol=1e-8)
     else:
         assert std is None
+
+
+def test_one_output():
+    """Values and deviations of a network with a single output."""
+    model = network(4, 3, m=1)
+    form = closed_form(model)
+    np.testing.assert_allclose(form.predict.evaluate(X), model.predict(X), rtol=1e-12)
+    np.testing.assert_allclose(form.std.evaluate(X), model.predict_std(X), rtol=1e-12)
 
 
 def test_program(model):
@@ -311,13 +319,14 @@ def test_variables_that_single_precision_cannot_tell_apart():
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_c_has_no_warnings_for_any_name(tmp_path, compiler):
-    """Comments, trigraphs, quotes and backslashes in names stay in the comment that they are in."""
+def test_c_has_no_warnings(tmp_path, compiler):
+    """Comments, trigraphs and backslashes in names stay in their comment; nothing is unused, also with one output."""
     if shutil.which(compiler) is None:
         pytest.skip(f"there is no {compiler}")
     names = ("v??/", "/* b", "*/*/ // \\")
-    for k, model in enumerate(MODELS.values()):
-        named = replace(model, inputs=tuple(Variable(name, "*??/") for name in names))
+    narrow = [network(*hidden, d=d, m=m) for hidden in ((4,), (4, 3)) for d, m in ((1, 1), (3, 1), (1, 2))]
+    for k, model in enumerate([*MODELS.values(), *narrow]):
+        named = replace(model, inputs=tuple(Variable(name, "*??/") for name in names[: len(model.inputs)]))
         for name, content in export_c(closed_form(named), f"wing{k}").items():
             (tmp_path / name).write_bytes(content)
     flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"]
