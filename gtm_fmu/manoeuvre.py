@@ -93,6 +93,8 @@ def check_pair(name: str, pair, widest: Range) -> Range:
         InputError: not two numbers, reversed, or not inside ``widest``.
     """
     try:
+        if isinstance(pair, str | bytes):  # "12" is no pair of 1 and 2
+            raise TypeError
         lower, upper = pair
     except (TypeError, ValueError):
         raise InputError(f"{name} {pair!r} is not a pair; give two numbers, lower and upper bound.") from None

@@ -56,6 +56,7 @@ def test_the_study_bounds_in_the_units_of_the_core():
         ("alpha_deg", (NAN, 5), "alpha in deg nan is outside"),
         ("alpha_deg", 5, "alpha in deg 5 is not a pair"),
         ("alpha_deg", (1, 2, 3), "is not a pair; give two numbers"),
+        ("alpha_deg", "12", "alpha in deg '12' is not a pair; give two numbers"),
         ("phi_deg", (10, 0), "phi in deg 10 0 are reversed"),
         ("phi_deg", (-90, 90), "phi in deg -90 is outside -80 .. 80"),
         ("phi_deg", ("left", 0), "phi in deg 'left' is not a number"),
