@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from importlib.metadata import version
 from json import dumps
 from pathlib import Path
@@ -65,7 +66,7 @@ class Contents:
     def _code(self) -> dict[str, bytes]:
         return {f"{name}.py": _source(name).read_bytes() for name in self.modules}
 
-    @property
+    @cached_property
     def package(self) -> str:
         """Name of the package that holds the code."""
         return f"{self.modules[-1]}_{digest(self._own_resources | self._code)[:16]}"

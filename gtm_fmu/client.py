@@ -5,9 +5,7 @@ All values are in the FMU's own units, which are SI. Calls go through buffers th
 
 import atexit
 import ctypes
-import shutil
 import tempfile
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -24,9 +22,9 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
     fmi2Discard,
 )
-from fmpy.model_description import ModelDescription
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.fmu_file import check_for_pythonfmu, read_description
 from gtm_fmu.interrupt import held_interrupt
 
 
@@ -86,7 +84,7 @@ class FmuClient:
         self.messages: list[LogMessage] = []
         self.time_s = 0.0
         self._is_open = self._is_stepping = False
-        self.description = _read_description(Path(path))
+        self.description = read_description(Path(path))
         self._interface = self.description.coSimulation or self.description.modelExchange
         variables = self.description.modelVariables
         self._references, self._booleans = (
@@ -302,7 +300,7 @@ class FmuClient:
         self._release = getattr(self.instance.dll, "finalizePythonInterpreter", None)
         if self._release:
             atexit.register(self._release)
-            _check_for_pythonfmu(Path(self._folder.name), path)
+            check_for_pythonfmu(Path(self._folder.name), path)
 
     def _instantiate(self) -> None:
         # Without FMPy's logger proxy: it serves one instance of a process only, the last one.
@@ -353,49 +351,6 @@ class FmuClient:
 
     def _log(self, _component, _instance, status, category, message) -> None:
         self.messages.append(LogMessage(status, (category or b"").decode(), (message or b"").decode()))
-
-
-def _check_for_pythonfmu(folder: Path, path: Path) -> None:
-    """Refuse what would make the binary of pythonfmu 0.7.0 end this process."""
-    if "%" in folder.as_uri().replace("%20", ""):
-        raise InputError(f"The temporary folder '{folder}' must have a plain ASCII name: set TMPDIR.")
-    if not (folder / "resources" / "slavemodule.txt").is_file():
-        raise InputError(f"'{path}' is damaged (its slave is missing): build it anew.")
-
-
-LARGEST_FMU_BYTES = 2**30
-"""Unpacked."""
-
-
-def _check_size(path: Path) -> None:
-    """Refuse an archive that would fill the disk; `zipfile` unpacks no more of a member than the archive declares."""
-    with zipfile.ZipFile(path) as archive:
-        unpacked = sum(member.file_size for member in archive.infolist())
-    allowed = min(LARGEST_FMU_BYTES, shutil.disk_usage(tempfile.gettempdir()).free)
-    if unpacked > allowed:
-        raise InputError(
-            f"'{path}' unpacks to {unpacked / 1e6:.0f} MB, allowed is {allowed / 1e6:.0f} MB (1 GiB, or what the disk "
-            "of the temporary folder has left): leave out what its simulation does not need."
-        )
-
-
-def _read_description(path: Path) -> ModelDescription:
-    """Description of an FMI 2.0 FMU."""
-    if not path.is_file():
-        raise InputError(f"There is no FMU '{path}': give a file that build_fmu.py has made.")
-    try:
-        _check_size(path)
-        description = fmpy.read_model_description(path)
-    except InputError:
-        raise
-    except zipfile.BadZipFile:
-        raise InputError(f"'{path}' is not an FMU or is damaged: build it again.") from None
-    except Exception as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"'{path}' has no valid model description ({reason}): build it again.") from error
-    if description.fmiVersion != "2.0" or not (description.coSimulation or description.modelExchange):
-        raise InputError(f"'{path}' is not an FMI 2.0 FMU, the only kind that is driven here.")
-    return description
 
 
 def _listed(names) -> str:

@@ -38,7 +38,7 @@ def checked_outputs(
 
     Raises:
         ValueError: another shape, names that do not fit, or an output that is not finite (the first such point is
-            named), constant but for rounding, or too small for its squares.
+            named), constant but for rounding, or too small or too large for its squares.
     """
     outputs = np.asarray(outputs, dtype=float)
     if outputs.ndim == 1:
@@ -60,7 +60,12 @@ def checked_outputs(
     for name, varies in zip(names, range_ > ROUNDING * size, strict=True):
         if not varies:
             raise ValueError(f"The output {name} does not vary but for rounding, so has no indices: leave it out.")
-    for name, squared in zip(names, range_**2, strict=True):
+    with np.errstate(over="ignore"):
+        squares = range_**2
+        sums = len(outputs) * squares
+    for name, squared, summed in zip(names, squares, sums, strict=True):
         if squared < np.finfo(float).tiny / np.finfo(float).eps:
             raise ValueError(f"The output {name} is too small for its squares: give it in a smaller unit.")
+        if not np.isfinite(summed):
+            raise ValueError(f"The output {name} is too large for its squares: give it in a larger unit.")
     return names, outputs

@@ -5,6 +5,7 @@ python -m study.asymmetry [CASES]
 The centre of gravity lies 0.0118 ft left of the plane of symmetry, and the engines are toed differently (SPEC 3, 6).
 """
 
+import argparse
 import sys
 
 import numpy as np
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelope import FlightCondition
+from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Failure
 from study import off_lattice
 
@@ -37,15 +39,22 @@ def differences(cases: int, configuration: Configuration | None = None) -> np.nd
     return np.abs(apart)[np.isfinite(apart).all(axis=1)]
 
 
-def main(cases: int = 400) -> None:
-    """Print them."""
-    found = differences(cases)
+def main() -> int:
+    """Print them; 2 for a number of cases that is none."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("cases", nargs="?", type=int, default=400, help="cases off the lattice (400)")
+    try:
+        found = differences(parser.parse_args().cases)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
     title = f"{len(found)} failures of the rudder and their mirror images"
     table = Table("kn", *SHARES, title=title, title_justify="left")
     for name, apart in zip(("V_min", "V_max"), found.T, strict=True):
         table.add_row(name, *(f"{value:.2f}" for value in np.percentile(apart, list(SHARES.values()))))
     Console().print(table)
+    return 0
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    sys.exit(main())

@@ -91,12 +91,14 @@ def _plain(value: Any) -> str:
 
 
 @contextmanager
-def _aircraft(fmu: Path | None, failure) -> Iterator[tuple[Callable, Callable]]:
-    """How to trim and how to linearise: by the core, or over evaluations of an FMU."""
+def _aircraft(fmu: Path | None, given: dict[str, Any]) -> Iterator[tuple[Callable, Callable]]:
+    """How to trim as `given` asks, and how to linearise: by the core, or over evaluations of an FMU."""
     from gtm_fmu import linearization, steady
 
+    failure = given_failure(given)
+    asked = {"limits": failure} | {name: given[name] for name in ASKED}
     if fmu is None:
-        yield steady.trim, linearization.linearize
+        yield partial(steady.trim, **asked), linearization.linearize
         return
     if failure.airframe is not None:
         raise InputError(
@@ -111,7 +113,7 @@ def _aircraft(fmu: Path | None, failure) -> Iterator[tuple[Callable, Callable]]:
     states, rates, controls = ([v.name for v in groups[name]] for name in ("states", "derivatives", "controls"))
     try:
         with FmuClient(fmu, states=states, derivatives=rates, controls=controls) as client:
-            yield FmuTrimmer(client).trim, partial(linearization.linearize_fmu, FmuAirframe(client))
+            yield partial(FmuTrimmer(client).trim, **asked), partial(linearization.linearize_fmu, FmuAirframe(client))
     except FmuError as error:
         raise InputError(f"'{fmu}' cannot be evaluated ({error}); give a GtmDynamics.fmu built here.") from error
 
@@ -148,16 +150,8 @@ def trim(
     flight where none is given, and of several trims the one with the least sideslip; of turns to either side the right
     one. Exit code 3 if the limits leave none; the nearest is printed all the same.
     """
-    limits = given_failure(given)
-    with _aircraft(fmu, limits) as (solve, _):
-        found = solve(
-            altitude_ft,
-            gamma_deg=gamma_deg,
-            limits=limits,
-            alpha_deg=alpha_deg,
-            phi_deg=phi_deg,
-            **{name: given[name] for name in ASKED},
-        )
+    with _aircraft(fmu, given) as (solve, _):
+        found = solve(altitude_ft, gamma_deg=gamma_deg, alpha_deg=alpha_deg, phi_deg=phi_deg)
     _show_trim(found, as_json, "Steady manoeuvre")
     if not found.feasible:
         raise typer.Exit(NO_SOLUTION)
@@ -180,16 +174,8 @@ def linearize(
     States u v w p q r phi theta in ft/s, rad/s, rad; inputs elevator, aileron, rudder in deg and throttle in %, without
     the jammed ones. Exit code 3 if the limits leave no such manoeuvre.
     """
-    limits = given_failure(given)
-    with _aircraft(fmu, limits) as (solve, linear_model):
-        found = solve(
-            altitude_ft,
-            gamma_deg=gamma_deg,
-            limits=limits,
-            alpha_deg=alpha_deg,
-            phi_deg=phi_deg,
-            **{name: given[name] for name in ASKED},
-        )
+    with _aircraft(fmu, given) as (solve, linear_model):
+        found = solve(altitude_ft, gamma_deg=gamma_deg, alpha_deg=alpha_deg, phi_deg=phi_deg)
         model = linear_model(found) if found.feasible else None
     from study.words import model_rows
 

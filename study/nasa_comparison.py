@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 
 from gtm_fmu import linearization, steady
 from gtm_fmu.errors import InputError
+from gtm_fmu.files import check_writable
 from gtm_fmu.manoeuvre import Trim
-from study.files import check_picture, save_figure
+from study.files import save_figure
 
 ALTITUDE_FT = 800.0
 ALPHA_DEG = (-5.0, 30.0)
@@ -79,7 +80,9 @@ def main() -> int:
     parser.add_argument("picture", type=Path, help="the .png to write")
     arguments = parser.parse_args()
     try:
-        check_picture(arguments.picture)
+        if arguments.picture.suffix != ".png":
+            raise InputError(f"{arguments.picture} does not end in .png; name the picture so.")
+        check_writable(arguments.picture)
         save_figure(plot_comparison(arguments.readings), arguments.picture)
     except (FileNotFoundError, InputError) as error:
         print(error, file=sys.stderr)

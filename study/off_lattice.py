@@ -25,6 +25,8 @@ FURTHER_CASES, FURTHER_SEED = 4000, 2027
 """Further cases, which no model was fitted, chosen or calibrated by."""
 ALTITUDE_FT, GAMMA_DEG = (0.0, 30000.0), (-5.0, 5.0)  # the paper's
 PARTS = ("restrictions", "jams", "all")
+LEVEL, DEVIATIONS = 0.95, 1.96
+"""Share of the errors inside an interval of so many standard deviations to both sides."""
 FILE = Path(str(files("study") / "data" / "off_lattice.npz"))
 
 
@@ -143,7 +145,7 @@ def measured(surrogate: Surrogate, truth: OffLattice) -> dict[str, Any]:
     known = truth.feasible & found.feasible
     fold = getattr(found, "fold", np.zeros(len(known), dtype=bool))
     error = np.abs(speeds - truth.speeds_kt)[known]
-    inside = error < 1.96 * np.column_stack([found.v_min_std_kt, found.v_max_std_kt])[known]
+    inside = error < DEVIATIONS * np.column_stack([found.v_min_std_kt, found.v_max_std_kt])[known]
     largest = error.max(axis=1)
     worst = np.argsort(-largest)[:20]
     return scores(truth, speeds, found.feasible) | {

@@ -14,7 +14,7 @@ import numpy as np
 from gtm_fmu.cases import CaseTable, Sampling
 from gtm_fmu.results import provenance
 from study.emulator import INPUTS, SPEEDS, RudderEmulator, train
-from study.off_lattice import CALIBRATION_CASES, CALIBRATION_SEED, OffLattice, case_table
+from study.off_lattice import CALIBRATION_CASES, CALIBRATION_SEED, DEVIATIONS, LEVEL, OffLattice, case_table
 from surrogate import Network, Schedule
 from surrogate.training import train_networks
 
@@ -24,8 +24,6 @@ DEVIATIONS_HIDDEN, DEVIATIONS_EPOCHS = 20, 200
 LOG_STD = tuple((f"log_{name.removesuffix('_kt')}_std", "ln kt") for name, _ in SPEEDS)
 LEAST_ERROR_KT = 0.01
 """Added to an error before its logarithm is taken."""
-LEVEL, DEVIATIONS = 0.95, 1.96
-"""Share of the errors inside an interval of so many standard deviations to both sides."""
 
 
 def tables() -> Mapping[str, CaseTable]:
@@ -81,9 +79,8 @@ def deviations(speeds: Network, training: OffLattice, calibration: OffLattice) -
     )
     X, error = _errors(speeds, calibration)
     ratio = np.sort(error / np.exp(network.predict(X)), axis=0)
-    level = (
-        ratio[min(int(np.ceil(LEVEL * (len(ratio) + 1))), len(ratio)) - 1] / DEVIATIONS
-    )  # a conformal bound of further cases
+    rank = min(int(np.ceil(LEVEL * (len(ratio) + 1))), len(ratio))  # so that LEVEL holds for further cases, too
+    level = ratio[rank - 1] / DEVIATIONS
     ranges = network.target_ranges + np.log(level)[:, None]
     return replace(network, target_ranges=ranges, beta=None, posterior_factor=None)
 

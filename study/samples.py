@@ -90,7 +90,7 @@ def read_samples(path: str | Path, inputs: Sequence[str], outputs: Sequence[str]
 
 def _variables(spelling: str, table: Table | Lattice) -> list[Variable]:
     """The columns that a spelling names: the longest name wins."""
-    name, colon, unit = spelling.rpartition(":")
+    name, _, unit = spelling.rpartition(":")
     if spelling in table.names:
         return [Variable(spelling, _unit(spelling, table.units))]
     if name in table.names and "," not in unit:
@@ -99,8 +99,8 @@ def _variables(spelling: str, table: Table | Lattice) -> list[Variable]:
         return _variables(spelling.strip(), table)
     if "," in spelling:
         return [v for part in spelling.split(",") if part.strip() for v in _variables(part, table)]
-    missing = name if spelling.count(colon or " ") == 1 else spelling
-    raise InputError(f"'{table.path}' has no column '{missing or spelling}': it has {', '.join(table.names)}.")
+    missing = name if name and spelling.count(":") == 1 else spelling  # of more colons none tells a unit for sure
+    raise InputError(f"'{table.path}' has no column '{missing}': it has {', '.join(table.names)}.")
 
 
 def _unit(name: str, units: dict[str, str]) -> str:
@@ -168,12 +168,8 @@ def inputs_of_table(inputs: Sequence[Variable], table: Table | Lattice) -> tuple
             values = _indicator(rows[name], level)
         if not np.isfinite(values).all():
             k = int(np.argmin(np.isfinite(values)))
-            raise InputError(
-                f"Row {k + 1} of '{table.path}' has {rows[name].iloc[k]} for '{name}': give a number, or leave the "
-                "row out."
-                if level is None
-                else f"Row {k + 1} of '{table.path}' has nothing for '{name}': fill it in, or leave the row out."
-            )
+            given, remedy = (rows[name].iloc[k], "give a number") if level is None else ("nothing", "fill it in")
+            raise InputError(f"Row {k + 1} of '{table.path}' has {given} for '{name}': {remedy}, or leave the row out.")
         columns.append(values)
     return np.column_stack(columns), rows
 

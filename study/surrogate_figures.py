@@ -11,6 +11,7 @@ from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.thrust_map import MapEnvelopes, ThrustMap
 from gtm_fmu.thrust_survey import gross_thrust_lbf, thrust_curve
 from study.emulator import FULL_THROTTLE_PCT, PAPER, RudderEmulator
+from study.off_lattice import DEVIATIONS
 from study.progress import Advance
 
 GOAL_MSE = 2.5e-5
@@ -75,7 +76,12 @@ def plot_fold(cut: FoldCut) -> Figure:
     mapped = cut.mapped
     axes.plot(cut.gammas_deg, cut.network_kt, color="C1", label="the paper's networks, on the lattice")
     axes.errorbar(
-        cut.gammas_deg, mapped.v_max_kt, 1.96 * mapped.v_max_std_kt, color="C0", label="thrust map, 95 %", capsize=2
+        cut.gammas_deg,
+        mapped.v_max_kt,
+        DEVIATIONS * mapped.v_max_std_kt,
+        color="C0",
+        label="thrust map, 95 %",
+        capsize=2,
     )
     axes.plot(cut.gammas_deg, cut.exact_kt, "k.", label="exact")
     axes.plot(cut.gammas_deg[mapped.fold], mapped.v_max_kt[mapped.fold], "rs", fillstyle="none", label="flagged")

@@ -376,6 +376,7 @@ def _fits(problems: Problems, state: _State, history: Tensor, stop: str, trainer
     JtJ = state.JtJ
     if (state.best_epoch != state.epoch).any():
         _, JtJ, _ = problems.normal_equations(state.best_w)
+    n_errors = torch.as_tensor(problems.n_errors).expand(len(state.number))
     found = []
     for i, number in enumerate(state.number.tolist()):
         best, last = int(state.best_epoch[i]), int(state.epoch[i])
@@ -384,10 +385,9 @@ def _fits(problems: Problems, state: _State, history: Tensor, stop: str, trainer
         alpha, beta, gamma = (float(values[best]) for values in (record.alpha, record.beta, record.gamma))
         evidence, factor = None, None
         if trainer.evidence:
-            one = torch.arange(i, i + 1, device=state.w.device)
             matrix = JtJ[i].cpu().numpy()
             F = beta * record.sse[best] + alpha * record.ssw[best]
-            evidence = log_evidence(matrix, alpha, beta, F, float(problems.take(one).n_errors))
+            evidence = log_evidence(matrix, alpha, beta, F, float(n_errors[i]))
             factor = posterior_factor(matrix, alpha, beta)
         w = state.best_w[i].cpu().numpy().copy()
         found.append((Fit(w, alpha, beta, gamma, record, evidence, factor), number))

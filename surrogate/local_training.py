@@ -69,9 +69,8 @@ class Samples:
         self._place = np.zeros((len(self.terms),) * 2, dtype=int)
         self._place[i, j] = self._place[j, i] = np.arange(len(i))
         squares = (self.v[:, None] * self.A**2).sum(0)
-        self._ridge = np.diag(
-            RIDGE * np.where(squares > 0.0, squares, squares.max())
-        )  # an input may be 0 in all samples
+        squares[squares == 0.0] = squares.max()  # of an input that is 0 in all samples
+        self._ridge = np.diag(RIDGE * squares)
 
     @property
     def terms_count(self) -> int:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,7 @@ from surrogate.levenberg_marquardt import PLAIN_SCHEDULE, Fit, History, Schedule
 from surrogate.local_models import LocalModelNetwork
 from surrogate.local_training import Growth, LocalSettings, Samples, Splitter, grow
 from surrogate.lolimot import Lolimot
-from surrogate.network import Network
+from surrogate.network import Network, parameter_count
 from surrogate.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 from surrogate.scaling import Array, column_ranges, to_symmetric, to_unit
 from surrogate.settings import Allowed, Choice, Layers, Whole, check
@@ -28,8 +27,8 @@ ALLOWED: dict[str, Allowed] = {
     "seed": Whole(0, 2**63 - 1),
     "splits": Whole(1, 10_000),
     "restarts": Whole(1, 10_000),
-    "method": Choice(("bayesian_regularization", "levenberg_marquardt")),
-    "algorithm": Choice(("lolimot", "hilomot")),
+    "method": Choice(get_args(Method)),
+    "algorithm": Choice(get_args(Algorithm)),
 }
 """Settings of a training."""
 
@@ -243,7 +242,7 @@ def _checked_weights(weights: ArrayLike | None, samples: int) -> Array | None:
 
 def _check_size(sizes: tuple[int, ...], networks: int) -> None:
     """Refuse normal matrices that no machine holds, before they are asked for."""
-    parameters = sum(size * (before + 1) for before, size in pairwise(sizes))
+    parameters = parameter_count(sizes)
     needed = 8 * networks * parameters**2
     if needed > MOST_MEMORY:
         raise ValueError(

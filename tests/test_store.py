@@ -19,9 +19,7 @@ import xarray as xr
 from gtm_fmu import export, results
 from gtm_fmu.axes import choices, levels
 from gtm_fmu.cases import CaseTable
-from gtm_fmu.envelope import envelope
 from gtm_fmu.errors import InputError
-from gtm_fmu.failures import ControlLimits
 from gtm_fmu.inputs import INPUTS
 from gtm_fmu.store import LOCK, METADATA, CaseStore, chunk_size, open_cases, slices, writer_lock
 from tests.rudder_store import CHUNK, OPTIONS, TABLE, fill, jams
@@ -39,40 +37,6 @@ def path(tmp_path, found) -> Path:
 
 def files(path: Path) -> dict[str, bytes]:
     return {str(file.relative_to(path)): file.read_bytes() for file in path.rglob("*") if file.is_file()}
-
-
-class TestResults:
-    def test_columns_are_the_envelopes(self, found):
-        assert found["feasible"].tolist() == [True] * 5 + [False]
-        for k in range(6):
-            deflection = TABLE.rows(k, k + 1)[0, 6]
-            exact = envelope(20000.0, 0.0, ControlLimits(rudder_deg=(deflection, deflection)))
-            assert found["t_min"][k] == exact.t_min_pct
-            if not exact.feasible:
-                continue
-            assert (found["v_min"][k], found["v_max"][k]) == (exact.v_min_kt, exact.v_max_kt)
-            for end, trim in (("v_min", exact.at_v_min), ("v_max", exact.at_v_max)):
-                assert found[f"phi_at_{end}"][k] == trim.phi_deg
-                assert found[f"throttle_at_{end}"][k] == trim.throttle_pct
-                assert found[f"turn_rate_at_{end}"][k] == trim.turn_rate_deg_s
-                assert results.limit_names(int(found[f"limits_at_{end}"][k])) == trim.limits_hit
-
-    def test_without_envelope(self, found):
-        assert found["t_min"][5] > 100
-        assert np.isnan([found[name][5] for name in ("v_min", "v_max", "beta_at_v_min", "rudder_at_v_max")]).all()
-        assert found["limits_at_v_min"][5] == found["limits_at_v_max"][5] == 0
-
-    def test_every_control_counts(self):
-        case = [10000.0, 0.0, -2.0, 2.0, -3.0, 20.0, -5.0, 5.0, 20.0, 90.0]
-        exact = envelope(10000.0, 0.0, ControlLimits((-2, 2), (-3, 20), (-5, 5), (20, 90)))
-        columns = results.evaluate(np.array([case]))
-        assert (columns["v_min"][0], columns["v_max"][0]) == (exact.v_min_kt, exact.v_max_kt)
-        assert exact.at_v_max.limits_hit != ()
-
-    def test_another_version_asks(self):
-        other = {**results.provenance(), "gtm_fmu_version": "9.9"}
-        with pytest.raises(InputError, match=r"differ from those of 9\.9 here; install the same on every worker"):
-            results.evaluate(TABLE.rows(0, 1), asked_by=other)
 
 
 class TestContents:

@@ -6,8 +6,6 @@ Writes VanDerPol.fmu, compiled from van_der_pol.c here, and Aircraft.fmu, a copy
 """
 
 import argparse
-import shutil
-import subprocess
 import sys
 import tempfile
 import zipfile
@@ -16,9 +14,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1]))
 
-from fmu_src.compiler import host_platform  # noqa: E402
+from fmu_src.archive import write_archive  # noqa: E402
+from fmu_src.compiler import host_binary  # noqa: E402
 from fmu_src.native_sources import standard_headers  # noqa: E402
 from gtm_fmu import InputError  # noqa: E402
+from gtm_fmu.files import writable_folder  # noqa: E402
 from study.fmus import build_fmu  # noqa: E402
 
 STATES = {
@@ -43,45 +43,34 @@ def van_der_pol(folder: Path, has_slopes: bool = True) -> Path:
     Raises:
         InputError: no C compiler.
     """
-    compiler = shutil.which("cc")
-    if compiler is None:
-        raise InputError("The oscillator is compiled and there is no C compiler: install one, for instance gcc.")
-    description = (HERE / "van_der_pol.xml").read_text()
+    source, description = (HERE / "van_der_pol.c").read_bytes(), (HERE / "van_der_pol.xml").read_text()
     if not has_slopes:
+        source = b"#define WITHOUT_SLOPES\n" + source
         description = description.replace(' providesDirectionalDerivative="true"', "")
-    path = folder / "VanDerPol.fmu"
-    with tempfile.TemporaryDirectory() as place:
-        for name, content in standard_headers(2).items():
-            Path(place, name).write_bytes(content)
-        library, flags = Path(place, "VanDerPol.so"), [] if has_slopes else ["-DWITHOUT_SLOPES"]
-        flags += ["-shared", "-fPIC", "-O1", "-I", place]
-        subprocess.run([compiler, *flags, HERE / "van_der_pol.c", "-o", library, "-lm"], check=True)
-        with zipfile.ZipFile(path, "w") as archive:
-            archive.writestr("modelDescription.xml", description)
-            archive.write(library, f"binaries/{host_platform().folder(2)}/VanDerPol.so")
-            archive.writestr("resources/none.txt", "")
-    return path
+    built = host_binary("VanDerPol", {"van_der_pol.c": source} | standard_headers(2))
+    members = {"modelDescription.xml": description.encode(), "resources/none.txt": b""}
+    for platform, binary in built.items():
+        members[f"binaries/{platform.folder(2)}/VanDerPol{platform.suffix}"] = binary
+    return write_archive(folder / "VanDerPol.fmu", members)
 
 
 def renamed(path: Path, copy: Path, names: dict[str, str]) -> Path:
     """A copy of an FMU whose variables have other names."""
-    with zipfile.ZipFile(path) as source, zipfile.ZipFile(copy, "w") as target:
-        for item in source.infolist():
-            content = source.read(item)
-            if item.filename == "modelDescription.xml":
-                for old, new in names.items():
-                    content = content.replace(f'name="{old}"'.encode(), f'name="{new}"'.encode())
-            target.writestr(item, content)
-    return copy
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    description = members["modelDescription.xml"]
+    for old, new in names.items():
+        description = description.replace(f'name="{old}"'.encode(), f'name="{new}"'.encode())
+    return write_archive(copy, members | {"modelDescription.xml": description})
 
 
 def main() -> int:
     """Build both; 2 for what cannot be built."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--output", type=Path, default=Path(), help="folder of both files")
-    folder = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
+    arguments = parser.parse_args()
     try:
+        folder = writable_folder(arguments.output)
         print(van_der_pol(folder))
         with tempfile.TemporaryDirectory() as place:
             print(renamed(build_fmu("dynamics-native", place), folder / "Aircraft.fmu", AIRCRAFT))

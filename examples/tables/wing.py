@@ -11,7 +11,7 @@ has a closed form for it (J. D. Anderson, Fundamentals of Aerodynamics, 5.3.1):
     L, D = rho V^2 / 2 b c (C_L, C_D)
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -32,13 +32,19 @@ def lift_and_drag(span_mm, alpha_deg, speed_m_s):
     return force * c_l, force * c_d
 
 
-def main(path: str) -> None:
+def write(path: Path) -> None:
     """Write the table; 400 random wings, the same ones each time."""
     wings = np.random.default_rng(0).uniform(LOWER, UPPER, (ROWS, 3)).round(2)
     rows = np.column_stack([wings, *lift_and_drag(*wings.T)])
     lines = ["span_mm,alpha_deg,speed_m_s,lift,drag", *(",".join(f"{value:.7g}" for value in row) for row in rows)]
-    Path(path).write_text("\n".join(lines) + "\n")
+    path.write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("path", type=Path, help="the .csv to write")
+    path = parser.parse_args().path
+    try:
+        write(path)
+    except OSError as error:
+        parser.error(f"cannot write '{path}' ({error.strerror}); choose another file")

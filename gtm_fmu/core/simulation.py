@@ -18,6 +18,7 @@ from gtm_fmu.airframe.names import (
 )
 from gtm_fmu.airframe.wind import RUNWAY_ALTITUDE_FT
 from gtm_fmu.core.library import address, library, rows
+from gtm_fmu.core.motion import MOST_SUBSTEPS
 from gtm_fmu.errors import InputError
 
 NX, NU, NY = len(SIMULATION_STATES), len(SIMULATION_INPUTS), len(SIMULATION_OUTPUTS)
@@ -27,7 +28,7 @@ FAULTS = {
     3: "The sideslip is 90 deg",
     4: "The pitch angle is 90 or -90 deg",
     5: "The latitude is 90 or -90 deg",
-    6: "A duration is negative, a substep is not positive or there are more than 1000000 of them",
+    6: f"A duration is negative, a substep is not positive or there are more than {MOST_SUBSTEPS} of them",
     7: "The limits of a control are reversed",
     8: "A setting, command, wind or the fuel used is outside its range",
     9: "The commands changed more than 2048 times within the delays: take longer steps or shorter delays",

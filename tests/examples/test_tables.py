@@ -7,7 +7,7 @@ from examples.tables import wing
 
 
 def test_file_is_what_the_script_writes(tmp_path):
-    wing.main(tmp_path / "wing.csv")
+    wing.write(tmp_path / "wing.csv")
     shipped = np.genfromtxt(wing.__file__.replace(".py", ".csv"), delimiter=",", skip_header=1)
     written = np.genfromtxt(tmp_path / "wing.csv", delimiter=",", skip_header=1)
     assert shipped.shape == (400, 5)

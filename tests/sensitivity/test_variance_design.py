@@ -105,6 +105,7 @@ def test_outputs_without_indices_are_refused():
         (lambda n: 1.0 + np.random.default_rng(0).integers(0, 2, n) * 2.2e-16, "does not vary but for rounding"),
         (lambda n: 1e-200 * np.random.default_rng(0).random(n), "too small for its squares"),
         (lambda n: 1e-320 * np.arange(n), "too small for its squares"),
+        (lambda n: 1e200 * np.random.default_rng(0).random(n), "too large for its squares"),
     ],
 )
 def test_rounding_noise_is_no_signal(outputs, sentence):
