@@ -3,6 +3,7 @@
 import sys
 from functools import cache
 from pathlib import Path
+from runpy import run_path
 
 from setuptools import Extension, setup
 from setuptools.command.bdist_wheel import bdist_wheel
@@ -11,6 +12,7 @@ from setuptools.command.build_py import build_py
 
 ROOT = Path(__file__).parent
 CORE = ROOT / "gtm_fmu" / "core"
+SOURCES = run_path(str(CORE / "sources.py"))["WHOLE"]
 C_FLAGS = ["-std=c99", "-O3", "-fno-math-errno", "-g0", "-fvisibility=hidden"]
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
@@ -63,43 +65,10 @@ setup(
     ext_modules=[
         Extension(
             "gtm_fmu.core.gtm_core",
-            sources=[
-                "gtm_fmu/core/motion.c",
-                "gtm_fmu/core/table.c",
-                "gtm_fmu/core/condition.c",
-                "gtm_fmu/core/problem.c",
-                "gtm_fmu/core/cell.c",
-                "gtm_fmu/core/trim.c",
-                "gtm_fmu/core/manifold.c",
-                "gtm_fmu/core/step.c",
-                "gtm_fmu/core/descent.c",
-                "gtm_fmu/core/linear_program.c",
-                "gtm_fmu/core/envelope.c",
-                "gtm_fmu/core/grid.c",
-                "gtm_fmu/core/thrust_map.c",
-                "gtm_fmu/core/configuration.c",
-                "gtm_fmu/core/full_motion.c",
-                "gtm_fmu/core/full_table.c",
-                "gtm_fmu/core/simulation.c",
-                "gtm_fmu/core/generated/airframe.c",
-                "gtm_fmu/core/generated/atmosphere.c",
-                "gtm_fmu/core/generated/tables.c",
-                "gtm_fmu/core/generated/full_airframe.c",
-                "gtm_fmu/core/generated/full_tables.c",
-                "gtm_fmu/core/generated/actuators.c",
-            ],
+            sources=[f"gtm_fmu/core/{name}" for name in SOURCES],
             include_dirs=["gtm_fmu/core"],
             libraries=[] if sys.platform == "win32" else ["m"],
-            depends=[
-                "gtm_fmu/core/gtm_core.h",
-                "gtm_fmu/core/gtm_configuration.h",
-                "gtm_fmu/core/gtm_simulation.h",
-                "gtm_fmu/core/table.h",
-                "gtm_fmu/core/full_table.h",
-                "gtm_fmu/core/kernel.h",
-                "gtm_fmu/core/solver.h",
-                "gtm_fmu/core/thrust_map.h",
-            ],
+            depends=[path.relative_to(ROOT).as_posix() for path in sorted(CORE.rglob("*.h"))],
             extra_compile_args=[] if sys.platform == "win32" else C_FLAGS,
         )
     ],

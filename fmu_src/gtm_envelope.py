@@ -4,9 +4,9 @@ import ctypes
 
 from .core_library import load_core
 from .envelope_slave import EnvelopeSlave, Found
+from .names import RUDDER, TRIM_UNKNOWNS, V
 
-V, RUDDER, UNKNOWNS = 0, 7, 9  # of a trim
-TRIMMED = 0
+ONE_THROTTLE, TRIMMED = 1, 0
 
 
 class GtmEnvelope(EnvelopeSlave):
@@ -15,9 +15,9 @@ class GtmEnvelope(EnvelopeSlave):
     def __init__(self, **kwargs):
         """Load the core and make its buffers."""
         super().__init__(**kwargs)
-        trim, real = ctypes.c_double * UNKNOWNS, ctypes.c_double
+        trim, real = ctypes.c_double * len(TRIM_UNKNOWNS), ctypes.c_double
         self.solve = load_core(self.resources, "GtmEnvelope").gtm_envelope_end
-        self.solve.argtypes = [real, real, trim, trim, trim, trim, ctypes.POINTER(real)]
+        self.solve.argtypes = [ctypes.c_void_p, ctypes.c_int, real, real, trim, trim, trim, trim, ctypes.POINTER(real)]
         self.lower, self.upper = (trim(*self.table["constants"][end]) for end in ("lower", "upper"))
         self.best, self.violation = trim(), real()
 
@@ -27,7 +27,7 @@ class GtmEnvelope(EnvelopeSlave):
         speeds: list[float] = []
         for sign in (1.0, -1.0):
             objective = type(self.best)(sign)
-            at = altitude, gamma, self.lower, self.upper, objective
+            at = None, ONE_THROTTLE, altitude, gamma, self.lower, self.upper, objective
             if self.solve(*at, self.best, self.violation) != TRIMMED:
                 return Found([0.0] * 4, False, True)
             speeds.append(self.best[V])

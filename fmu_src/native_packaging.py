@@ -16,7 +16,6 @@ from fmu_src.fmi3_xml import write_build_description, write_fmi3, write_terminal
 from fmu_src.gtm_aircraft import ALL_FAULTS
 from fmu_src.icon import icon_png
 from fmu_src.native_sources import (
-    core_files,
     header_licence,
     source_files,
     standard_headers,
@@ -33,6 +32,7 @@ from fmu_src.native_variables import (
 )
 from fmu_src.reference_results import reference_envelopes, reference_flight, reference_simulation
 from gtm_fmu.core.simulation import memory_size
+from gtm_fmu.core.sources import DYNAMICS, THRUST_MAP, WHOLE
 from gtm_fmu.errors import InputError
 from surrogate.closed_form import closed_form
 from surrogate.exports import export_c
@@ -150,7 +150,7 @@ def dynamics_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     native = NativeModel(
         faults=DYNAMICS_FAULTS,
         native=("dynamics.c", "dormand_prince.h", "dormand_prince.c"),
-        core=("motion.c", "table.c", "generated/airframe.c", "generated/tables.c"),
+        core=DYNAMICS,
         usage=(*DYNAMICS_USAGE, *STARTS_USAGE),
         groups={
             "solver": (*model.groups["solver"], TOLERANCE),
@@ -169,7 +169,7 @@ def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     native = NativeModel(
         faults=ENVELOPE_FAULTS,
         native=("envelope_model.c", "stateless.c"),
-        core=core_files(),
+        core=WHOLE,
         memory=MEMORY,
     )
     return native.contents(envelope_description(), fmi, reference_envelopes)
@@ -222,7 +222,7 @@ def _mapped(fmi: int, files: Sequence[Path], name: str) -> NativeContents:
     native = NativeModel(
         faults=ENVELOPE_FAULTS,
         native=("map_model.c", "stateless.c"),
-        core=("thrust_map.c", "condition.c", "generated/atmosphere.c"),
+        core=THRUST_MAP,
         written=map_source(thrust_map),
     )
     reference = partial(reference_envelopes, find=map_envelope(thrust_map))
@@ -238,7 +238,7 @@ def aircraft_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     native = NativeModel(
         faults=("", *ALL_FAULTS.values()),
         native=("aircraft.c",),
-        core=core_files(),
+        core=WHOLE,
         memory=memory_size(),
         has_model_exchange=False,
         usage=STARTS_USAGE,

@@ -34,11 +34,6 @@ def header_licence() -> bytes:
     return (text.split("/*", 1)[1].split("*/", 1)[0].strip() + "\n").encode()
 
 
-def core_files() -> tuple[str, ...]:
-    """All C files of the core by their paths in its folder."""
-    return tuple(sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.c")))
-
-
 def source_files(native: Sequence[str], core: Sequence[str], fmi: int) -> dict[str, bytes]:
     """The sources but for the table of variables, by their paths; with files of the core come all of its headers.
 

@@ -90,9 +90,9 @@ class Contents:
 
 
 def _source(module: str) -> Path:
-    """A module that runs inside FMUs: of this package, or of the core."""
-    own = SOURCES / f"{module}.py"
-    return own if own.exists() else CORE / own.name
+    """A module that runs inside FMUs: of this package, of the core or of the airframe."""
+    folders = SOURCES, CORE, CORE.parent / "airframe"
+    return next(path for folder in folders if (path := folder / f"{module}.py").exists())
 
 
 def dynamics_contents(networks: Sequence[Path]) -> Contents:
@@ -114,7 +114,7 @@ def envelope_contents(networks: Sequence[Path]) -> Contents:
     from fmu_src.envelope_variables import envelope_description
 
     refuse_networks("envelope", networks)
-    return _with_core(envelope_description(), "envelope_slave", "gtm_envelope")
+    return _with_core(envelope_description(), "names", "envelope_slave", "gtm_envelope")
 
 
 def _with_core(model: ModelDescription, *modules: str) -> Contents:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gtm_fmu import manoeuvre
-from gtm_fmu.airframe.names import FULL_CONTROLS
+from gtm_fmu.airframe.names import TWO_THROTTLE_CONTROLS
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.failures import ControlLimits, Failure, Range
@@ -86,7 +86,7 @@ class FlightCondition:
         self.failure = Failure.of(limits)
         self.alpha_deg, self.phi_deg = alpha_deg, phi_deg
         self._lower, self._upper = manoeuvre.bounds(self.failure, alpha_deg, phi_deg)
-        self._is_rudder_dead = solver.dead_controls(self.failure.configuration)[FULL_CONTROLS.index("rudder")]
+        self._is_rudder_dead = solver.dead_controls(self.failure.configuration)[TWO_THROTTLE_CONTROLS.index("rudder")]
 
     def changed(
         self, altitude_ft: float | None = None, gamma_deg: float | None = None, failure: Failure | None = None
@@ -155,7 +155,7 @@ class FlightCondition:
 
     @property
     def _has_two_throttles(self) -> bool:
-        return len(self._lower) == solver.FULL_NT
+        return len(self._lower) == solver.TWO_THROTTLE_NT
 
     def _trim_at(self, rudder_deg: Range, tas_kt: float, near: np.ndarray | None) -> np.ndarray | None:
         """Unknowns of a trim at one speed, sought from a near one first; None where there is none."""

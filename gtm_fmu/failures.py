@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gtm_fmu.airframe.actuators import RATE_LIMIT_DEG_S
-from gtm_fmu.airframe.names import CONTROLS, FULL_CONTROLS
+from gtm_fmu.airframe.names import CONTROLS, TWO_THROTTLE_CONTROLS
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.solver import dead_controls
 from gtm_fmu.errors import InputError
@@ -172,9 +172,9 @@ class Failure:
 
     @property
     def controls(self) -> tuple[str, ...]:
-        """`names.CONTROLS`, or `names.FULL_CONTROLS` if both engines run, each with a throttle of its own."""
+        """`names.CONTROLS`, or `names.TWO_THROTTLE_CONTROLS` if both engines run, each with a throttle of its own."""
         separate = self.throttle_left_pct is not None or self.throttle_right_pct is not None
-        return FULL_CONTROLS if separate and all(self.configuration.engine_running) else CONTROLS
+        return TWO_THROTTLE_CONTROLS if separate and all(self.configuration.engine_running) else CONTROLS
 
     @property
     def lower(self) -> np.ndarray:

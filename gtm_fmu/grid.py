@@ -95,7 +95,7 @@ class EnvelopeGrid:
         names = ("feasible", "stable", "controllable", "accepted")
         variables: dict[str, tuple] = {name: (dims, getattr(self, name)) for name in names}
         columns = dict(_TRIM_VARIABLES)
-        if self.y.shape[-1] == solver.FULL_NT:
+        if self.y.shape[-1] == solver.TWO_THROTTLE_NT:
             del columns["throttle"]
             columns |= _SEPARATE_THROTTLES
         for name, (column, factor, unit) in columns.items():

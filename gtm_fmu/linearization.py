@@ -208,7 +208,8 @@ def slopes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Exact A (.., 8, 8) and B (.., 8, m) at states x (.., 12) and controls u (.., 4; with a configuration 5).
 
-    B has a column for each of ``controls``: `names.CONTROLS`, one throttle for both engines, or `names.FULL_CONTROLS`.
+    B has a column for each of ``controls``: `names.CONTROLS`, one throttle for both engines, or
+    `names.TWO_THROTTLE_CONTROLS`.
     """
     if configuration is None:
         jacobian = motion.jacobian(x, u)[1]

@@ -10,10 +10,10 @@ from gtm_fmu import airspeed
 from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
 from gtm_fmu.airframe.names import (
     CONTROLS,
-    FULL_TRIM_UNKNOWNS,
     OUTPUTS,
     STATES,
     TRIM_UNKNOWNS,
+    TWO_THROTTLE_UNKNOWNS,
     control_variable,
     state_variable,
 )
@@ -127,7 +127,7 @@ def bounds(
 
 def limits_hit(y, lower, upper) -> tuple[str, ...]:
     """Bounds that a point holds or exceeds, as ``alpha.upper``; of jammed and held unknowns only those it exceeds."""
-    names, unknowns = [], TRIM_UNKNOWNS if len(y) == len(TRIM_UNKNOWNS) else FULL_TRIM_UNKNOWNS
+    names, unknowns = [], TRIM_UNKNOWNS if len(y) == len(TRIM_UNKNOWNS) else TWO_THROTTLE_UNKNOWNS
     for name, value, low, high, scale in zip(unknowns, y, lower, upper, solver.scale(len(y)), strict=True):
         slack = _HELD_TOLERANCE * scale * (-1 if low == high else 1)
         if value <= low + slack:

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from gtm_fmu.airframe.names import FULL_TRIM_UNKNOWNS, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import TRIM_UNKNOWNS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.airframe.tables import DATA_FILE
 from gtm_fmu.envelope import Envelope, envelope
 from gtm_fmu.errors import InputError
@@ -30,7 +30,7 @@ THROTTLES = (Column("throttle_left", "%"), Column("throttle_right", "%"))
 """What is kept besides where inputs part the throttles: then ``throttle`` is that of a single engine that runs."""
 
 LIMITS = tuple(
-    f"{name}.{side}" for name in dict.fromkeys((*TRIM_UNKNOWNS, *FULL_TRIM_UNKNOWNS)) for side in ("lower", "upper")
+    f"{name}.{side}" for name in dict.fromkeys((*TRIM_UNKNOWNS, *TWO_THROTTLE_UNKNOWNS)) for side in ("lower", "upper")
 )
 """Limits that may hold an end, each a bit of ``limits_at_v_min`` and ``limits_at_v_max``, the first the lowest."""
 

@@ -2,14 +2,15 @@
 #include <math.h>
 #include <string.h>
 
-#include "gtm_core.h"
+#include "generated/unknowns.h"
+#include "gtm_manoeuvres.h"
 #include "model.h"
 
 /* The fault after FAULT_NOT_FINITE. */
 enum { FAULT_REVERSED = 2 };
 
-/* Places in the trim unknowns y, and in the memory: the condition last asked for, and what it gave. */
-enum { V = 0, RUDDER = 7, CONDITION = 4 };
+/* Places in the memory: the condition last asked for, and what it gave. */
+enum { CONDITION = 4 };
 typedef enum { IS_FILLED, ASKED, LOWEST = ASKED + CONDITION, HIGHEST, EXISTS } Place;
 
 /* Inputs and outputs by their places in u and y. */
@@ -24,7 +25,8 @@ static int find_end(const double u[], double sign, double *speed)
     lower[RUDDER] = u[IN(RUDDER_LOWER)];
     upper[RUDDER] = u[IN(RUDDER_UPPER)];
     objective[V] = sign;
-    const int status = gtm_envelope_end(u[IN(ALTITUDE)], u[IN(GAMMA)], lower, upper, objective, best, &violation);
+    const int status = gtm_envelope_end(0, GTM_ONE_THROTTLE, u[IN(ALTITUDE)], u[IN(GAMMA)], lower, upper, objective, best,
+                                        &violation);
     *speed = best[V];
     return status == GTM_TRIMMED;
 }

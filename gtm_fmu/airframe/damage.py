@@ -1,6 +1,6 @@
 """Damage cases (SPEC 10.5): what each one takes from the mass properties and from the surfaces.
 
-Their aerodynamic increments are tables of the database (`gtm_fmu.airframe.full_tables`).
+Their aerodynamic increments are tables of the database (`gtm_fmu.airframe.configured_tables`).
 """
 
 from typing import NamedTuple

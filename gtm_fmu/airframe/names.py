@@ -6,6 +6,9 @@ STATES = ("u", "v", "w", "p", "q", "r", "latitude", "longitude", "altitude", "ph
 LINEAR_STATES = ("u", "v", "w", "p", "q", "r", "phi", "theta")
 """The states that a steady manoeuvre keeps constant: those of a linear model (paper eq. 7)."""
 
+ACCELERATED = STATES[:6]
+"""Those whose rates, the six accelerations, a trim makes zero (paper eq. 6)."""
+
 CONTROLS = ("elevator", "aileron", "rudder", "throttle")
 """deg, deg, deg, % (SPEC 4)."""
 
@@ -20,8 +23,8 @@ def control_variable(name: str) -> str:
     return f"control.{name}"
 
 
-FULL_CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
-"""Those of any configuration: the engines have a throttle each."""
+TWO_THROTTLE_CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
+"""With a throttle for each engine."""
 
 OUTPUTS = (
     "tas",
@@ -51,8 +54,11 @@ COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 TRIM_UNKNOWNS = ("V", "alpha", "beta", "psi_dot", "phi", "elevator", "aileron", "rudder", "throttle")
 """A steady manoeuvre at given altitude and flight-path angle: ft/s, rad, rad, rad/s, rad, deg, deg, deg, %."""
 
-FULL_TRIM_UNKNOWNS = (*TRIM_UNKNOWNS[: -len(CONTROLS)], *FULL_CONTROLS)
-"""Those of any configuration."""
+V, ALPHA, BETA, PSI_DOT, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE = range(len(TRIM_UNKNOWNS))
+"""Their places."""
+
+TWO_THROTTLE_UNKNOWNS = (*TRIM_UNKNOWNS[: -len(CONTROLS)], *TWO_THROTTLE_CONTROLS)
+"""With a throttle for each engine, the left one in the place of the throttle."""
 
 SERVO_GROUPS = ("elevator", "aileron", "rudder", "flaps", "spoilers_inboard", "spoilers_outboard")
 """Groups of surfaces with the same command, and so always the same position (SPEC 10.1)."""

@@ -10,6 +10,7 @@ from gtm_fmu.airframe.atmosphere import Atmosphere
 from gtm_fmu.airframe.engines import both_engines
 from gtm_fmu.airframe.mass import MassProperties
 from gtm_fmu.airframe.motion import Attitude
+from gtm_fmu.airframe.names import THROTTLE, TRIM_UNKNOWNS
 
 
 class SteadyManoeuvre(NamedTuple):
@@ -33,7 +34,7 @@ def pitch_tangent(gamma, sin_phi, cos_phi, flow: AirData):
 
 def steady_manoeuvre(y, gamma, air: Atmosphere) -> SteadyManoeuvre:
     """The manoeuvre of trim unknowns y (order `names.TRIM_UNKNOWNS`) at gamma in rad (paper eqs 24-28)."""
-    V, alpha, beta, psi_dot, phi = (y[i] for i in range(5))
+    V, alpha, beta, psi_dot, phi = (y[TRIM_UNKNOWNS.index(name)] for name in ("V", "alpha", "beta", "psi_dot", "phi"))
     flow = airdata.from_angles(V, alpha, beta, air)
     sin_phi, cos_phi = ca.sin(phi), ca.cos(phi)
     opposite, adjacent = pitch_tangent(gamma, sin_phi, cos_phi, flow)
@@ -49,5 +50,5 @@ def trim_residual(y, gamma, air: Atmosphere, C, mass: MassProperties, running=No
     With ``running`` (2) given the last two of y are the throttles of the left and of the right engine.
     """
     steady = steady_manoeuvre(y, gamma, air)
-    engines = both_engines(y[8:], steady.flow, running)
+    engines = both_engines(y[THROTTLE:], steady.flow, running)
     return motion.accelerations(steady.velocity, steady.rates, steady.attitude, steady.flow, C, engines, mass)

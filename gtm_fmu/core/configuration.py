@@ -1,7 +1,7 @@
 """Any configuration of the airframe: damage, fuel, fixed and separate surfaces, engines apart, wind (SPEC 4, 5, 10).
 
-Functions as those of `motion` and with the arrays described there, but u (.., 5) in the order of `names.FULL_CONTROLS`:
-each engine has a throttle. Steady manoeuvres y (.., 10) follow `names.FULL_TRIM_UNKNOWNS`.
+Functions as those of `motion` and with the arrays described there, but each engine has a throttle: u (.., 5) in the
+order of `names.TWO_THROTTLE_CONTROLS`. Steady manoeuvres y (.., 10) follow `names.TWO_THROTTLE_UNKNOWNS`.
 """
 
 import ctypes
@@ -14,13 +14,14 @@ import numpy as np
 
 from gtm_fmu.airframe.configuration import RANGES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
-from gtm_fmu.airframe.names import FULL_CONTROLS, FULL_TRIM_UNKNOWNS, OUTPUTS, STATES
+from gtm_fmu.airframe.names import ACCELERATED, OUTPUTS, STATES, TWO_THROTTLE_CONTROLS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.airframe.surfaces import COMMANDED, FLAPS, SPOILERS
 from gtm_fmu.airframe.wind import RUNWAY_ALTITUDE_FT
 from gtm_fmu.core.library import address, library, rows
 from gtm_fmu.errors import InputError
 
-NX, NU, NY, NT, NF = len(STATES), len(FULL_CONTROLS), len(OUTPUTS), len(FULL_TRIM_UNKNOWNS), 6
+NX, NU, NY = len(STATES), len(TWO_THROTTLE_CONTROLS), len(OUTPUTS)
+NT, NF = len(TWO_THROTTLE_UNKNOWNS), len(ACCELERATED)
 
 
 class _Struct(ctypes.Structure):
@@ -170,23 +171,23 @@ def _state(x, u) -> list[np.ndarray]:
 
 def derivatives(x, u, configuration: Configuration) -> np.ndarray:
     """State derivatives (.., 12) per second."""
-    return _call("gtm_full_derivatives_batch", configuration, _state(x, u), (NX,))[0]
+    return _call("gtm_configured_derivatives_batch", configuration, _state(x, u), (NX,))[0]
 
 
 def outputs(x, u, configuration: Configuration) -> np.ndarray:
     """Outputs (.., 15) in the order and units of `names.OUTPUTS`."""
-    return _call("gtm_full_outputs_batch", configuration, _state(x, u), (NY,))[0]
+    return _call("gtm_configured_outputs_batch", configuration, _state(x, u), (NY,))[0]
 
 
 def jacobian(x, u, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
     """State derivatives (.., 12) and their derivatives (.., 12, 17) with respect to (x, u)."""
-    dx, slopes = _call("gtm_full_jacobian_batch", configuration, _state(x, u), (NX,), (NX, NX + NU))
+    dx, slopes = _call("gtm_configured_jacobian_batch", configuration, _state(x, u), (NX,), (NX, NX + NU))
     return dx, slopes
 
 
 def outputs_jacobian(x, u, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
     """Outputs (.., 15) and their derivatives (.., 15, 17) with respect to (x, u)."""
-    y, slopes = _call("gtm_full_outputs_jacobian_batch", configuration, _state(x, u), (NY,), (NY, NX + NU))
+    y, slopes = _call("gtm_configured_outputs_jacobian_batch", configuration, _state(x, u), (NY,), (NY, NX + NU))
     return y, slopes
 
 
@@ -200,14 +201,14 @@ def _one_state(x) -> np.ndarray:
 def wind_body(x, configuration: Configuration) -> np.ndarray:
     """Velocity (3) of the air in body axes, ft/s, at a state (12) (SPEC 10.6)."""
     state, wind = _one_state(x), np.empty(3)
-    library().gtm_full_wind(reference(configuration), address(state), address(wind))
+    library().gtm_configured_wind(reference(configuration), address(state), address(wind))
     return wind
 
 
 def state_fault(x, configuration: Configuration) -> int:
     """Why a state (12) has no derivatives, as `motion.state_fault`, with the motion relative to the air."""
     state = _one_state(x)
-    return library().gtm_full_state_fault(reference(configuration), address(state))
+    return library().gtm_configured_state_fault(reference(configuration), address(state))
 
 
 def _manoeuvre(y, altitude, gamma) -> list[np.ndarray]:
@@ -220,12 +221,14 @@ def trim_residual(y, altitude, gamma, configuration: Configuration) -> np.ndarra
 
     A steady wind does not enter: speed, flow angles and gamma are those relative to the air.
     """
-    return _call("gtm_full_trim_residual_batch", configuration, _manoeuvre(y, altitude, gamma), (NF,))[0]
+    return _call("gtm_configured_trim_residual_batch", configuration, _manoeuvre(y, altitude, gamma), (NF,))[0]
 
 
 def trim_jacobian(y, altitude, gamma, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations F (.., 6) as `trim_residual` and their derivatives (.., 6, 10) with respect to y."""
-    F, slopes = _call("gtm_full_trim_jacobian_batch", configuration, _manoeuvre(y, altitude, gamma), (NF,), (NF, NT))
+    F, slopes = _call(
+        "gtm_configured_trim_jacobian_batch", configuration, _manoeuvre(y, altitude, gamma), (NF,), (NF, NT)
+    )
     return F, slopes
 
 
@@ -234,5 +237,5 @@ def trim_state(altitude: float, gamma: float, y, configuration: Configuration) -
     y = rows(y, NT, "y")
     x, u = np.empty(NX), np.empty(NU)
     at = ctypes.c_double(altitude), ctypes.c_double(gamma)
-    library().gtm_full_trim_state(reference(configuration), *at, address(y), address(x), address(u))
+    library().gtm_configured_trim_state(reference(configuration), *at, address(y), address(x), address(u))
     return x, u

@@ -13,9 +13,22 @@ from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import GRAVITY, Atmosphere, atmosphere
 from gtm_fmu.airframe.folding import FoldedTables, folded_tables
 from gtm_fmu.airframe.mass import WING_AREA, mass_properties
-from gtm_fmu.airframe.names import COEFFICIENTS, CONTROLS, LOOKUPS, STATES, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import (
+    ACCELERATED,
+    COEFFICIENTS,
+    CONTROLS,
+    ELEVATOR,
+    LOOKUPS,
+    OUTPUTS,
+    PHI,
+    STATES,
+    THROTTLE,
+    TRIM_UNKNOWNS,
+    TWO_THROTTLE_CONTROLS,
+    TWO_THROTTLE_UNKNOWNS,
+)
 from gtm_fmu.core.c_source import axis_definition, function, slope_through_tables, table_definition, write_functions
-from gtm_fmu.core.generate_full import generate_full
+from gtm_fmu.core.generate_configured import generate_configured
 
 STUDY_MASS = mass_properties()  # full fuel, no damage (SPEC 9)
 
@@ -34,11 +47,11 @@ def airframe_functions() -> list[ca.Function]:
     condition = ca.vertcat(gamma, rho, pressure_ratio)
     air = Atmosphere(rho, pressure_ratio, ca.SX(1))  # a trim does not ask for the speed of sound
     steady = steady_manoeuvre.steady_manoeuvre(t, gamma, air)
-    K_trim = lookup_arguments(steady.flow, steady.rates, t[5:8])
+    K_trim = lookup_arguments(steady.flow, steady.rates, t[ELEVATOR:THROTTLE])
     F = steady_manoeuvre.trim_residual(t, gamma, air, C, STUDY_MASS)
 
     altitude = ca.SX.sym("altitude")
-    steady_state = ca.vertcat(steady.velocity, steady.rates, 0, 0, altitude, t[4], steady.theta, 0)
+    steady_state = ca.vertcat(steady.velocity, steady.rates, 0, 0, altitude, t[PHI], steady.theta, 0)
 
     def total_slope(result, arguments, wrt):
         return slope_through_tables(result, wrt, C, T, arguments)
@@ -64,8 +77,8 @@ def atmosphere_function() -> ca.Function:
 
 
 def write_tables(folder: Path, tables: FoldedTables) -> None:
-    """Write tables.c: axes with their search cells, and values as the kernel `table.c` lays them out."""
-    text = ['#include "table.h"\n']
+    """Write tables.c: axes with their search cells, and values as the kernel `gtm/table.c` lays them out."""
+    text = ['#include "gtm/table.h"\n']
     axes = {name: getattr(tables, f"{name}_deg") for name in ("elevator", "aileron", "rudder")}
     axes |= {name: getattr(tables, name) for name in ("alpha", "beta", "p_hat", "q_hat", "r_hat", "omega_hat")}
     text.extend(axis_definition(name, axis) for name, axis in axes.items())
@@ -73,19 +86,40 @@ def write_tables(folder: Path, tables: FoldedTables) -> None:
     values["omega"] = np.swapaxes(tables.omega, 1, 2)  # omega_hat innermost, as a deflection in the other tables
     for name, table in values.items():
         text.append(table_definition(name, table))
-    constants: dict[str, float] = {
-        "wing_area": WING_AREA,
-        "weight": float(STUDY_MASS.mass * GRAVITY),
-        "gravity": GRAVITY,
-    }
-    text.extend(f"const double gtm_{name} = {value!r};\n" for name, value in constants.items())
     (folder / "tables.c").write_text("".join(text))
+
+
+def write_headers(folder: Path) -> None:
+    """Write the order of `names` and the constants of the airframe that the solver is handed.
+
+    order.h has sizes and the columns of the look-ups; unknowns.h the places of a trim's unknowns, whose names have no
+    prefix.
+    """
+    sizes = {
+        **{"NX": len(STATES), "NU": len(CONTROLS), "NY": len(OUTPUTS), "NC": len(COEFFICIENTS), "NK": len(LOOKUPS)},
+        **{"NF": len(ACCELERATED), "NT": len(TRIM_UNKNOWNS)},
+        **{"TWO_THROTTLE_NU": len(TWO_THROTTLE_CONTROLS), "TWO_THROTTLE_NT": len(TWO_THROTTLE_UNKNOWNS)},
+    }
+    order = ", ".join(f"GTM_{name} = {size}" for name, size in sizes.items())
+    columns = ", ".join(f"K_{name.upper()}" for name in LOOKUPS)
+    places = ", ".join(name.upper() for name in (*TRIM_UNKNOWNS, *TWO_THROTTLE_UNKNOWNS[len(TRIM_UNKNOWNS) :]))
+    constants = {"WING_AREA": WING_AREA, "WEIGHT": float(STUDY_MASS.mass * GRAVITY), "GRAVITY": GRAVITY}
+    _write_header(folder / "order.h", [f"enum {{ {order} }};", f"enum {{ {columns} }};"])
+    _write_header(folder / "unknowns.h", [f"enum {{ {places} }};"])
+    _write_header(folder / "constants.h", [f"#define GTM_{name} {value!r}" for name, value in constants.items()])
+
+
+def _write_header(path: Path, lines: list[str]) -> None:
+    guard = f"GTM_{path.stem.upper()}_H"
+    note = "/* Written when the package is built, from gtm_fmu/airframe. */"
+    path.write_text("\n".join([note, f"#ifndef {guard}", f"#define {guard}", "", *lines, "", "#endif", ""]))
 
 
 def generate(folder: Path) -> None:
     """Write all generated C into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
+    write_headers(folder)
     write_functions(folder, "airframe", airframe_functions())
     write_functions(folder, "atmosphere", [atmosphere_function()])
     write_tables(folder, folded_tables())
-    generate_full(folder)
+    generate_configured(folder)

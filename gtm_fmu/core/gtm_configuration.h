@@ -8,7 +8,7 @@
 
 #include "gtm_core.h"
 
-enum { GTM_FULL_NU = 5, GTM_FULL_NXU = GTM_NX + GTM_FULL_NU, GTM_FULL_NT = 10 };
+enum { GTM_TWO_THROTTLE_NXU = GTM_NX + GTM_TWO_THROTTLE_NU };
 
 enum { GTM_COMMANDED = 8, GTM_SPOILERS = 4, GTM_FLAPS = 4, GTM_PARAMETERS = 27 };
 
@@ -73,91 +73,45 @@ GTM_API void gtm_study_configuration(gtm_configuration *c);
 GTM_API int gtm_configure(gtm_configuration *c);
 
 /* Air velocity in body axes at a state (SPEC 10.6), ft/s. */
-GTM_API void gtm_full_wind(const gtm_configuration *c, const double x[GTM_NX], double wind[3]);
+GTM_API void gtm_configured_wind(const gtm_configuration *c, const double x[GTM_NX], double wind[3]);
 
 /* enum gtm_fault; the speed and the flow angles are those relative to the air. */
-GTM_API int gtm_full_state_fault(const gtm_configuration *c, const double x[GTM_NX]);
+GTM_API int gtm_configured_state_fault(const gtm_configuration *c, const double x[GTM_NX]);
 
-GTM_API void gtm_full_derivatives(const gtm_configuration *c, const double x[GTM_NX], const double u[GTM_FULL_NU],
-                                  double dx[GTM_NX]);
-GTM_API void gtm_full_outputs(const gtm_configuration *c, const double x[GTM_NX], const double u[GTM_FULL_NU],
-                              double y[GTM_NY]);
+GTM_API void gtm_configured_derivatives(const gtm_configuration *c, const double x[GTM_NX],
+                                        const double u[GTM_TWO_THROTTLE_NU], double dx[GTM_NX]);
+GTM_API void gtm_configured_outputs(const gtm_configuration *c, const double x[GTM_NX],
+                                    const double u[GTM_TWO_THROTTLE_NU], double y[GTM_NY]);
 
 /* Exact derivatives with respect to (x, u), row by row: jacobian[i*17 + j]; one-sided at a breakpoint as in
    gtm_core.h. */
-GTM_API void gtm_full_jacobian(const gtm_configuration *c, const double x[GTM_NX], const double u[GTM_FULL_NU],
-                               double dx[GTM_NX], double jacobian[GTM_NX * GTM_FULL_NXU]);
-GTM_API void gtm_full_outputs_jacobian(const gtm_configuration *c, const double x[GTM_NX],
-                                       const double u[GTM_FULL_NU], double y[GTM_NY],
-                                       double jacobian[GTM_NY * GTM_FULL_NXU]);
+GTM_API void gtm_configured_jacobian(const gtm_configuration *c, const double x[GTM_NX],
+                                     const double u[GTM_TWO_THROTTLE_NU], double dx[GTM_NX],
+                                     double jacobian[GTM_NX * GTM_TWO_THROTTLE_NXU]);
+GTM_API void gtm_configured_outputs_jacobian(const gtm_configuration *c, const double x[GTM_NX],
+                                             const double u[GTM_TWO_THROTTLE_NU], double y[GTM_NY],
+                                             double jacobian[GTM_NY * GTM_TWO_THROTTLE_NXU]);
 
 /* The same functions on n rows. */
-GTM_API void gtm_full_derivatives_batch(const gtm_configuration *c, long n, const double *x, const double *u,
-                                        double *dx);
-GTM_API void gtm_full_outputs_batch(const gtm_configuration *c, long n, const double *x, const double *u, double *y);
-GTM_API void gtm_full_jacobian_batch(const gtm_configuration *c, long n, const double *x, const double *u, double *dx,
-                                     double *jacobian);
-GTM_API void gtm_full_outputs_jacobian_batch(const gtm_configuration *c, long n, const double *x, const double *u,
-                                             double *y, double *jacobian);
+GTM_API void gtm_configured_derivatives_batch(const gtm_configuration *c, long n, const double *x, const double *u,
+                                              double *dx);
+GTM_API void gtm_configured_outputs_batch(const gtm_configuration *c, long n, const double *x, const double *u,
+                                          double *y);
+GTM_API void gtm_configured_jacobian_batch(const gtm_configuration *c, long n, const double *x, const double *u,
+                                           double *dx, double *jacobian);
+GTM_API void gtm_configured_outputs_jacobian_batch(const gtm_configuration *c, long n, const double *x, const double *u,
+                                                   double *y, double *jacobian);
 
 /* Steady manoeuvres are relative to the air, so that the wind does not enter: V, alpha, beta and gamma are, and F[6]
    are the accelerations relative to air that moves steadily. F and J[6*10] at n rows of (altitude, gamma, y). */
-GTM_API void gtm_full_trim_residual_batch(const gtm_configuration *c, long n, const double *altitude,
-                                          const double *gamma, const double *y, double *F);
-GTM_API void gtm_full_trim_jacobian_batch(const gtm_configuration *c, long n, const double *altitude,
-                                          const double *gamma, const double *y, double *F, double *J);
+GTM_API void gtm_configured_trim_residual_batch(const gtm_configuration *c, long n, const double *altitude,
+                                                const double *gamma, const double *y, double *F);
+GTM_API void gtm_configured_trim_jacobian_batch(const gtm_configuration *c, long n, const double *altitude,
+                                                const double *gamma, const double *y, double *F, double *J);
 
 /* State x[12] (latitude, longitude and psi zero; inertial velocity, so with the wind) and controls u[5]. */
-GTM_API void gtm_full_trim_state(const gtm_configuration *c, double altitude, double gamma,
-                                 const double y[GTM_FULL_NT], double x[GTM_NX], double u[GTM_FULL_NU]);
-
-/* Solvers for any configuration (or the study's, c = 0): rows of y and of bounds have `unknowns` entries, GTM_NT with one
-   throttle for the engines that run, or GTM_FULL_NT with one each. A control that nothing follows (its surfaces lost or
-   jammed, its engine out) is held as near to zero as its bounds let it. */
-
-/* The trim with the least |beta| whose bounds hold two or three of V, psi_dot, phi, alpha and beta; where three are held,
-   or two and the rudder, there is no choice. Without a trim, `violation` (scaled units,
-   0 inside the bounds) and `residual` (largest acceleration) say how far away y is.
-   Of trims with separate throttles and no sideslip, the one with the least difference between them is taken. */
-GTM_API int gtm_full_trim(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,
-                          const double *upper, double *y, double *residual, double *violation);
-GTM_API void gtm_full_trim_batch(const gtm_configuration *c, int unknowns, long n, const double *altitude,
-                                 const double *gamma, const double *lower, const double *upper, double *y,
-                                 double *residual, double *violation, int *status);
-
-/* Cold trims with V, phi and rudder held, one for each of n rows of held (V, phi, rudder); returns how many converged;
-   their y are packed at the front. Bounds are not looked at. */
-GTM_API long gtm_full_cold_starts(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
-                                  const double *held, double *y);
-
-/* The point of least objective.y inside the bounds, by sequential linear programming from each of n starts (rows of
-   y; a start should be near F = 0). The best is left in `best`. */
-GTM_API int gtm_full_extreme(const gtm_configuration *c, int unknowns, double altitude, double gamma,
-                             const double *lower, const double *upper, const double *objective, long n,
-                             const double *starts, double *best, double *violation);
-
-/* As gtm_envelope_end. */
-GTM_API int gtm_full_envelope_end(const gtm_configuration *c, int unknowns, double altitude, double gamma,
-                                  const double *lower, const double *upper, const double *objective, double *best,
-                                  double *violation);
-
-/* Trims (least |beta|) on a grid of speeds and turn rates, both rising: cells connected by a flood to the n seeds (rows
-   of y). Fills feasible[speeds*rates] and, where feasible, y[speeds*rates*unknowns]; returns their number, -1 without
-   memory. */
-GTM_API long gtm_full_grid(const gtm_configuration *c, int unknowns, double altitude, double gamma, const double *lower,
-                           const double *upper, long speeds, const double *speed, long rates, const double *rate,
-                           long n, const double *seeds, unsigned char *feasible, double *y);
-
-/* Which unknowns are controls that nothing follows. */
-GTM_API void gtm_full_dead_controls(const gtm_configuration *c, unsigned char is_dead[GTM_FULL_NT]);
-
-/* Which unknowns of n rows of y lie on a breakpoint of a table, where slopes have two sides; psi_dot does where it is 0,
-   as every rate then is. */
-GTM_API void gtm_full_breakpoints(const gtm_configuration *c, int unknowns, long n, const double *y,
-                                  unsigned char *is_on);
-
-/* gtm_full_trim_state on n rows of y. */
-GTM_API void gtm_full_trim_states(const gtm_configuration *c, int unknowns, double altitude, double gamma, long n,
-                                  const double *y, double *x, double *u);
+GTM_API void gtm_configured_trim_state(const gtm_configuration *c, double altitude, double gamma,
+                                       const double y[GTM_TWO_THROTTLE_NT], double x[GTM_NX],
+                                       double u[GTM_TWO_THROTTLE_NU]);
 
 #endif

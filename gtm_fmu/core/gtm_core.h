@@ -1,4 +1,5 @@
-/* The core of gtm-fmu: flight dynamics, trims and envelopes of the GTM-T2 in plain C99, without dependencies or state.
+/* The core of gtm-fmu: flight dynamics of the GTM-T2 in plain C99, without dependencies or state. Other configurations
+   than the study's are in gtm_configuration.h, trims and envelopes in gtm_manoeuvres.h.
 
    Units are those of the specification: ft, ft/s, rad, rad/s, surfaces in deg, throttle in %.
    x[12]: u v w p q r latitude longitude altitude phi theta psi      u[4]: elevator aileron rudder throttle
@@ -7,13 +8,15 @@
 #ifndef GTM_CORE_H
 #define GTM_CORE_H
 
+#include "generated/order.h"
+
 #if defined(_WIN32)
 #define GTM_API __declspec(dllexport)
 #else
 #define GTM_API __attribute__((visibility("default")))
 #endif
 
-enum { GTM_NX = 12, GTM_NU = 4, GTM_NY = 15, GTM_NXU = GTM_NX + GTM_NU, GTM_NT = 9 };
+enum { GTM_NXU = GTM_NX + GTM_NU };
 
 /* Most substeps of one call, which nothing can stop: some seconds of processor time. */
 enum { GTM_SUBSTEPS = 1000000 };
@@ -50,30 +53,5 @@ GTM_API void gtm_derivatives_batch(long n, const double *x, const double *u, dou
 GTM_API void gtm_outputs_batch(long n, const double *x, const double *u, double *y);
 GTM_API void gtm_jacobian_batch(long n, const double *x, const double *u, double *dx, double *jacobian);
 GTM_API void gtm_outputs_jacobian_batch(long n, const double *x, const double *u, double *y, double *jacobian);
-
-/* Steady manoeuvres. y[9]: V alpha beta psi_dot phi elevator aileron rudder throttle (ft/s, rad, rad/s, deg, %), under
-   bounds lower[9] <= y <= upper[9]; equal bounds hold an unknown. Angles and flight path gamma in rad, altitude in ft. */
-
-/* Typical size of each unknown, the last for a second throttle (gtm_configuration.h); the solvers work in y / scale, and
-   violations are in these units. */
-extern GTM_API const double gtm_scale[GTM_NT + 1];
-
-enum gtm_trim_status {
-    GTM_TRIMMED = 0,   /* F(y) = 0 inside the bounds */
-    GTM_OUTSIDE = 1,   /* F(y) = 0, but only outside the bounds: y is where they are exceeded least */
-    GTM_NO_TRIM = 2    /* no y with F(y) = 0 was found */
-};
-
-/* A range of the rudder is searched in pieces, each on its own: where the one ends that begins at `from`. */
-GTM_API double gtm_rudder_piece_end(double from, double upper);
-
-/* The point of least objective.y inside the bounds, for V_min, V_max or the least throttle: sought from many starts over
-   each piece of the rudder's range and then about the best. Without one, `violation` (scaled units, 0 inside the bounds)
-   says how far away y is. */
-GTM_API int gtm_envelope_end(double altitude, double gamma, const double lower[GTM_NT], const double upper[GTM_NT],
-                             const double objective[GTM_NT], double best[GTM_NT], double *violation);
-
-/* States x[12] (latitude, longitude and psi zero) and controls u[4] of n steady manoeuvres y (rows). */
-GTM_API void gtm_trim_states(double altitude, double gamma, long n, const double *y, double *x, double *u);
 
 #endif

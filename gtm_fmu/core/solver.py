@@ -3,8 +3,9 @@
 An unknown vector y (9) follows `names.TRIM_UNKNOWNS`; bounds lower <= y <= upper, equal bounds hold an unknown.
 
 Without a `configuration` the airframe is the study's. With one, y may also have 10 entries, a throttle for each engine
-(`names.FULL_TRIM_UNKNOWNS`); the width of the bounds tells. With 9 one throttle drives the engines that run. Controls
-that nothing follows, their surfaces lost or their engines out, are held as near to zero as their bounds let them.
+(`names.TWO_THROTTLE_UNKNOWNS`); the width of the bounds tells. With 9 one throttle drives the engines that run.
+Controls that move nothing, their surfaces lost or their engines out, are held as near to zero as their bounds let
+them.
 """
 
 import ctypes
@@ -13,13 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gtm_fmu.airframe.names import CONTROLS, FULL_CONTROLS, FULL_TRIM_UNKNOWNS, STATES, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import CONTROLS, STATES, TRIM_UNKNOWNS, TWO_THROTTLE_CONTROLS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.core.configuration import Configuration, reference
 from gtm_fmu.core.library import address, library, rows
 
-NT, FULL_NT = len(TRIM_UNKNOWNS), len(FULL_TRIM_UNKNOWNS)
+NT, TWO_THROTTLE_NT = len(TRIM_UNKNOWNS), len(TWO_THROTTLE_UNKNOWNS)
 TRIMMED, OUTSIDE, NO_TRIM = 0, 1, 2
 """F = 0 inside the bounds; F = 0 only outside of them; F = 0 nowhere found (``enum gtm_trim_status``)."""
+
+_MOST_PIECES = 64  # GTM_MOST_PIECES of solver/terms.h
 
 
 class Solutions(NamedTuple):
@@ -33,7 +36,7 @@ class Solutions(NamedTuple):
 
 def scale(unknowns: int = NT) -> np.ndarray:
     """Typical size of each unknown (9 or 10); violations and tolerances are in these units."""
-    return np.array((ctypes.c_double * FULL_NT).in_dll(library(), "gtm_scale"))[:unknowns]
+    return np.array((ctypes.c_double * TWO_THROTTLE_NT).in_dll(library(), "gtm_scale"))[:unknowns]
 
 
 def with_both_throttles(y) -> np.ndarray:
@@ -43,10 +46,10 @@ def with_both_throttles(y) -> np.ndarray:
 
 
 def dead_controls(configuration: Configuration) -> tuple[bool, ...]:
-    """Which of `names.FULL_CONTROLS` nothing follows: their surfaces are lost or jammed, their engine is out."""
-    dead = np.zeros(FULL_NT, dtype=np.uint8)
-    library().gtm_full_dead_controls(reference(configuration), address(dead))
-    return tuple(dead[-len(FULL_CONTROLS) :].astype(bool).tolist())
+    """Which of `names.TWO_THROTTLE_CONTROLS` move nothing: their surfaces are lost or jammed, their engine is out."""
+    dead = np.zeros(TWO_THROTTLE_NT, dtype=np.uint8)
+    library().gtm_dead_controls(reference(configuration), address(dead))
+    return tuple(dead[-len(TWO_THROTTLE_CONTROLS) :].astype(bool).tolist())
 
 
 def on_breakpoints(y, configuration: Configuration | None = None) -> np.ndarray:
@@ -54,20 +57,22 @@ def on_breakpoints(y, configuration: Configuration | None = None) -> np.ndarray:
     y = rows(y, _width(y), "y")
     is_on = np.empty(y.shape, dtype=np.uint8)
     count = ctypes.c_long(len(y))
-    library().gtm_full_breakpoints(*_airframe(configuration, y.shape[-1]), count, address(y), address(is_on))
+    library().gtm_on_breakpoints(*_airframe(configuration, y.shape[-1]), count, address(y), address(is_on))
     return is_on.astype(bool)
 
 
 def _width(array) -> int:
     """Number of unknowns that bounds or points have."""
-    return FULL_NT if np.shape(array)[-1:] == (FULL_NT,) else NT
+    return TWO_THROTTLE_NT if np.shape(array)[-1:] == (TWO_THROTTLE_NT,) else NT
 
 
 def _airframe(configuration: Configuration | None, unknowns: int) -> tuple:
     """First arguments of the core's solvers."""
-    if configuration is None and unknowns == FULL_NT:
+    if configuration is None and unknowns == TWO_THROTTLE_NT:
         configuration = Configuration()
-    return reference(configuration) if configuration is not None else None, ctypes.c_int(unknowns)
+    return reference(configuration) if configuration is not None else None, ctypes.c_int(
+        2 if unknowns == TWO_THROTTLE_NT else 1
+    )
 
 
 def _bounds(lower, upper) -> tuple[np.ndarray, np.ndarray]:
@@ -87,7 +92,7 @@ def trims(altitude, gamma, lower, upper, configuration: Configuration | None = N
     found = Solutions(np.empty((n, unknowns)), np.empty(n), np.empty(n), np.empty(n, dtype=np.int32))
     arguments = (altitude, gamma, lower, upper, *found)
     airframe = _airframe(configuration, unknowns)
-    library().gtm_full_trim_batch(*airframe, ctypes.c_long(n), *(address(array) for array in arguments))
+    library().gtm_trims(*airframe, ctypes.c_long(n), *(address(array) for array in arguments))
     return found
 
 
@@ -97,7 +102,7 @@ def cold_starts(
     """Points of the trim manifold (m <= n, 9) at rows (V, phi, rudder) of ``held`` (n, 3), whatever the bounds."""
     held = rows(held, 3, "held")
     y = np.empty((len(held), unknowns))
-    solve = library().gtm_full_cold_starts
+    solve = library().gtm_cold_starts
     solve.restype = ctypes.c_long
     at = ctypes.c_double(altitude), ctypes.c_double(gamma), ctypes.c_long(len(held))
     found = solve(*_airframe(configuration, unknowns), *at, address(held), address(y))
@@ -140,24 +145,21 @@ def extreme(
     """
     starts = rows(starts, _width(lower), "starts")
     at = configuration, altitude, gamma, lower, upper, objective
-    return _search("gtm_full_extreme", *at, ctypes.c_long(len(starts)), address(starts))
+    return _search("gtm_extreme", *at, ctypes.c_long(len(starts)), address(starts))
 
 
 def envelope_end(
     altitude: float, gamma: float, lower, upper, objective, configuration: Configuration | None = None
 ) -> Extreme:
     """The same from starts of its own, over each of the `rudder_pieces` and then about the best point found."""
-    return _search("gtm_full_envelope_end", configuration, altitude, gamma, lower, upper, objective)
+    return _search("gtm_envelope_end", configuration, altitude, gamma, lower, upper, objective)
 
 
 def rudder_pieces(lower: float, upper: float) -> list[tuple[float, float]]:
     """The pieces in which `envelope_end` searches a range of the rudder in deg; the best of their ends is its own."""
-    piece_end = library().gtm_rudder_piece_end
-    piece_end.restype = ctypes.c_double
-    ends = [lower, piece_end(ctypes.c_double(lower), ctypes.c_double(upper))]
-    while ends[-1] < upper:
-        ends.append(piece_end(ctypes.c_double(ends[-1]), ctypes.c_double(upper)))
-    return list(pairwise(ends))
+    border = (ctypes.c_double * (_MOST_PIECES + 1))()
+    count = library().gtm_rudder_pieces(ctypes.c_double(lower), ctypes.c_double(upper), border)
+    return list(pairwise(border[: count + 1]))
 
 
 def trim_states(
@@ -165,18 +167,18 @@ def trim_states(
 ) -> tuple[np.ndarray, np.ndarray]:
     """States x (.., 12) and controls u (.., 4) of steady manoeuvres y (.., 9) at altitude in ft and gamma in rad.
 
-    With a configuration u (.., 5) follows `names.FULL_CONTROLS`, and x moves with its wind.
+    With a configuration u (.., 5) follows `names.TWO_THROTTLE_CONTROLS`, and x moves with its wind.
     """
     y = rows(y, NT if configuration is None else _width(y), "y")
     leading = y.shape[:-1]
     x = np.empty((*leading, len(STATES)))
-    u = np.empty((*leading, len(CONTROLS if configuration is None else FULL_CONTROLS)))
+    u = np.empty((*leading, len(CONTROLS if configuration is None else TWO_THROTTLE_CONTROLS)))
     at = ctypes.c_double(altitude), ctypes.c_double(gamma), ctypes.c_long(int(np.prod(leading)))
     arrays = address(y), address(x), address(u)
     if configuration is None:
         library().gtm_trim_states(*at, *arrays)
     else:
-        library().gtm_full_trim_states(*_airframe(configuration, y.shape[-1]), *at, *arrays)
+        library().gtm_configured_trim_states(*_airframe(configuration, y.shape[-1]), *at, *arrays)
     return x, u
 
 
@@ -200,7 +202,7 @@ def grid(
     seeds = rows(seeds, unknowns, "seeds")
     feasible = np.zeros((len(speed), len(rate)), dtype=np.uint8)
     y = np.full((len(speed), len(rate), unknowns), np.nan)
-    solve = library().gtm_full_grid
+    solve = library().gtm_grid
     solve.restype = ctypes.c_long
     found = solve(
         *_airframe(configuration, unknowns),

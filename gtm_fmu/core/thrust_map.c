@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "solver.h"
+#include "gtm/condition.h"
 
 enum { BISECTIONS = 60 };
 static const double jump = 2; /* kn EAS within the tolerance: the end lies on another branch */

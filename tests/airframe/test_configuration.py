@@ -9,7 +9,7 @@ import pytest
 
 from gtm_fmu.airframe.configuration import RANGES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
-from gtm_fmu.airframe.names import FULL_CONTROLS, FULL_TRIM_UNKNOWNS, OUTPUTS, STATES
+from gtm_fmu.airframe.names import OUTPUTS, STATES, TWO_THROTTLE_CONTROLS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.airframe.surfaces import ALLOCATION, COMMANDED, FLAPS, SIGNALS, SPOILERS
 from gtm_fmu.core import configuration as full
 from gtm_fmu.core import motion
@@ -194,7 +194,8 @@ def test_gains_and_offsets_move_each_surface(case):
     moving = Configuration(damage_case=case, surface_gain=tuple(gain), surface_offset_deg=tuple(offset))
     for row, controls in zip(x, apart(u), strict=True):
         commands = [
-            controls[FULL_CONTROLS.index(ALLOCATION[name].command)] * ALLOCATION[name].sign for name in COMMANDED
+            controls[TWO_THROTTLE_CONTROLS.index(ALLOCATION[name].command)] * ALLOCATION[name].sign
+            for name in COMMANDED
         ]
         jammed = replace(moving, surface_gain=(0,) * 8, surface_offset_deg=tuple(gain * commands + offset))
         expected = full.derivatives(row, controls, jammed)
@@ -205,7 +206,7 @@ def test_lost_surfaces_do_nothing():
     """The rudder is gone in cases 1 and 2; in case 4 only the right aileron rolls, so about half as well."""
     x, u = random_points(50, seed=28)
     slopes = {case: full.jacobian(x, apart(u), Configuration(damage_case=case))[1] for case in range(7)}
-    rudder, aileron = (ELEVATOR + FULL_CONTROLS.index(name) for name in ("rudder", "aileron"))
+    rudder, aileron = (ELEVATOR + TWO_THROTTLE_CONTROLS.index(name) for name in ("rudder", "aileron"))
     for case in range(7):
         assert np.any(slopes[case][:, :6, rudder]) == (case not in (1, 2))
     x, u = POINT_A.x, apart(np.zeros(4))
@@ -290,6 +291,6 @@ def test_arrays_of_any_leading_shape():
     )
     with pytest.raises(ValueError, match="u has shape"):
         full.derivatives(x, u[:, :4], configuration)
-    assert len(FULL_TRIM_UNKNOWNS) == 10
+    assert len(TWO_THROTTLE_UNKNOWNS) == 10
     with pytest.raises(ValueError, match="y has shape"):
         full.trim_residual(np.zeros(9), 0.0, 0.0, configuration)

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from gtm_fmu.airframe.names import FULL_CONTROLS, STATES
+from gtm_fmu.airframe.names import STATES, TWO_THROTTLE_CONTROLS
 from gtm_fmu.core import configuration as core
 from gtm_fmu.core.configuration import Configuration
 from tests.airframe.test_core_against_plain_model import STEPS, largest_difference, random_points
@@ -90,7 +90,7 @@ def random_configuration(rng, damage_case):
 def random_cases(count, seed):
     """States, controls and configurations, with the damage cases in turn."""
     rng = np.random.default_rng(seed + 3)
-    u = rng.uniform([-35, -35, -35, -5, -5], [35, 35, 35, 105, 105], (count, len(FULL_CONTROLS)))
+    u = rng.uniform([-35, -35, -35, -5, -5], [35, 35, 35, 105, 105], (count, len(TWO_THROTTLE_CONTROLS)))
     configurations = [random_configuration(rng, CASES[i % len(CASES)]) for i in range(count)]
     return list(zip(random_states(count, seed), u, configurations, strict=True))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gtm_fmu.airframe.names import FULL_CONTROLS, STATES
+from gtm_fmu.airframe.names import STATES, TWO_THROTTLE_CONTROLS
 from gtm_fmu.core import configuration as full
 from gtm_fmu.core.configuration import Configuration
 from tests.airframe.test_configuration import SETTINGS, assert_agrees, random_manoeuvres
@@ -64,7 +64,7 @@ BREAKPOINTS = [("elevator", 10.0), ("aileron", 0.0), ("aileron", -10.0), ("rudde
 def test_slopes_at_a_breakpoint_are_those_above(case, control, breakpoint_):
     """Of the command, also for the left aileron, which moves against it."""
     configuration = Configuration(damage_case=case, stabilizer_deg=-3)
-    u, column = np.array([-2.0, 3, 5, 50, 50]), FULL_CONTROLS.index(control)
+    u, column = np.array([-2.0, 3, 5, 50, 50]), TWO_THROTTLE_CONTROLS.index(control)
     slopes = []
     for u[column] in (breakpoint_, breakpoint_ + 1e-7, breakpoint_ - 1e-7):
         slopes.append(full.jacobian(POINT_A.x, u, configuration)[1][:6, len(STATES) + column])

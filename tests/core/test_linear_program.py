@@ -22,7 +22,7 @@ def solve(tmp_path_factory):
         pytest.skip("no C compiler `cc` on this machine")
     path = tmp_path_factory.mktemp("linear_program") / "linear_program.so"
     flags = ["-std=c99", "-O2", "-fPIC", "-shared", f"-I{core}"]
-    subprocess.run([compiler, *flags, core / "linear_program.c", "-o", path, "-lm"], check=True)
+    subprocess.run([compiler, *flags, core / "solver" / "linear_program.c", "-o", path, "-lm"], check=True)
     function = ctypes.CDLL(str(path)).gtm_linear_program
 
     def call(A, b, c, lower, upper):

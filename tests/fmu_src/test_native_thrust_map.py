@@ -13,6 +13,7 @@ from fmu_src import build
 from fmu_src.map_variables import map_source
 from fmu_src.native_sources import source_files
 from gtm_fmu.client import FmuClient
+from gtm_fmu.core.sources import THRUST_MAP
 from gtm_fmu.errors import InputError
 from gtm_fmu.thrust_map import ThrustMap
 from tests.fmu_src.conftest import sessions
@@ -95,8 +96,7 @@ def test_gtm_surrogate_carries_the_map(built, cases):
 
 def test_small_stack_and_traps(tmp_path, cases):
     """Start values, cases in and outside the map: no trap, and 64 KiB of stack are enough."""
-    core = ("thrust_map.c", "condition.c", "generated/atmosphere.c")
-    sources = source_files((), core, 2) | map_source(ThrustMap.load())
+    sources = source_files((), THRUST_MAP, 2) | map_source(ThrustMap.load())
     sources["map_host.c"] = Path(__file__).with_name("map_host.c").read_bytes()
     for name, content in sources.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)

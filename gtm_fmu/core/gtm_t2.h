@@ -1,0 +1,27 @@
+/* The GTM-T2 as the solver takes it: its constants, its six accelerations with their slopes, its breakpoints. */
+#ifndef GTM_T2_H
+#define GTM_T2_H
+
+#include "gtm/condition.h"
+#include "gtm_configuration.h"
+#include "solver/problem.h"
+
+/* Typical size of each unknown. */
+extern GTM_API const double gtm_scale[GTM_MOST_UNKNOWNS];
+
+/* A flight condition. The solver's view of it comes first, for the solver hands that back to the aircraft's functions. */
+typedef struct {
+    gtm_problem problem;
+    gtm_condition at;
+    const gtm_configuration *configuration; /* 0: the study's */
+} gtm_flight;
+
+gtm_flight gtm_flight_at(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma);
+
+/* Let Newton's iterates pass this bound of alpha. */
+void gtm_allow_alpha(gtm_flight *flight, double upper_alpha);
+
+/* All ten unknowns of a configuration. */
+const double *gtm_with_both_throttles(enum gtm_throttles throttles, const double *y, double both[GTM_MOST_UNKNOWNS]);
+
+#endif
