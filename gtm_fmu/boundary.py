@@ -15,9 +15,9 @@ import contourpy
 import numpy as np
 
 from gtm_fmu import manoeuvre
+from gtm_fmu.airframe.names import PSI_DOT, THROTTLE, V
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
-from gtm_fmu.manoeuvre import PSI_DOT, THROTTLE, V
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
 
 RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT = 0.05, 0.1
@@ -188,8 +188,9 @@ class _Tracer:
         return found
 
     def _vertex(self, y: np.ndarray) -> _Vertex:
-        limits = manoeuvre.limits_hit(y, *self._condition.bounds)
-        if not limits and manoeuvre.is_idling(*solver.trim_states(*self._at, y, self._airframe), self._airframe):
+        limits = manoeuvre.limits_hit(y, *self._condition.bounds, self._airframe)
+        states = solver.trim_states(*self._at, y, self._airframe)
+        if not limits and manoeuvre.is_idling(*states, self._airframe.configuration):
             throttles = (name for name in self._condition.failure.controls if name.startswith("throttle"))
             limits = tuple(f"{name}.lower" for name in throttles)
         return _Vertex(_PER_UNIT * y[list(_UNKNOWN)], y, limits)

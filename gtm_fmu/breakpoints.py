@@ -14,10 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gtm_fmu.airframe.names import LINEAR_STATES, STATES, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import ALPHA, BETA, LINEAR_STATES, PSI_DOT, STATES, TRIM_UNKNOWNS
 from gtm_fmu.core import solver
-from gtm_fmu.core.configuration import Configuration
-from gtm_fmu.manoeuvre import ALPHA, BETA, PSI_DOT
+from gtm_fmu.core.solver import Airframe
 from gtm_fmu.units import DEG_PER_RAD
 
 BELOW, ABOVE = 0, 1
@@ -63,7 +62,7 @@ def breakpoints(
     slopes: Callable[[np.ndarray, np.ndarray], np.ndarray],
     at: tuple[float, float],
     y: np.ndarray,
-    configuration: Configuration | None,
+    airframe: Airframe,
     inputs: tuple[str, ...],
     weights: np.ndarray,
     reach: Reach = EXACT,
@@ -74,9 +73,9 @@ def breakpoints(
         slopes: of states x (k, 12) and controls u (k, ..), an array (k, 8, m) with columns `LINEAR_STATES` and inputs.
         weights: (8, m) that make the slopes comparable.
     """
-    x, u = solver.trim_states(*at, y, configuration)
+    x, u = solver.trim_states(*at, y, airframe)
     here, found = slopes(x, u), []
-    for name, moving, is_on, values, move in _candidates(at, y, x, u, configuration):
+    for name, moving, is_on, values, move in _candidates(at, y, x, u, airframe):
         rows, is_moving = np.flatnonzero(is_on), np.isin((*LINEAR_STATES, *inputs), moving)
         if not (len(rows) and is_moving.any()):
             continue
@@ -111,20 +110,20 @@ def on_each_side(
             yield rows, dict(zip(numbers, sides, strict=True)), there
 
 
-def _candidates(at, y, x, u, configuration) -> Iterator[tuple]:
+def _candidates(at, y, x, u, airframe: Airframe) -> Iterator[tuple]:
     """Variables whose tables may have a breakpoint at a trim.
 
     The name with its unit, the states and inputs that move it, which trims (n) lie there, where that is (n), and a
     function that gives states and controls beside it.
     """
     altitude_ft, gamma = at
-    scale, is_on = solver.scale(y.shape[-1]), solver.on_breakpoints(y, configuration)
+    scale, is_on = solver.scale(airframe), solver.on_breakpoints(y, airframe)
 
     def along_unknown(k: int) -> Callable:
         def move(rows, step: float) -> tuple[np.ndarray, np.ndarray]:
             moved = y[rows].copy()
             moved[:, k] += step * scale[k]
-            return solver.trim_states(altitude_ft, gamma, moved, configuration)
+            return solver.trim_states(altitude_ft, gamma, moved, airframe)
 
         return move
 

@@ -11,10 +11,9 @@ from typing import Any, TypedDict
 import numpy as np
 
 from gtm_fmu import airspeed, manoeuvre
-from gtm_fmu.airframe.names import CONTROLS
+from gtm_fmu.airframe.names import CONTROLS, PHI, PSI_DOT
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import Failure, Range
-from gtm_fmu.manoeuvre import PHI, PSI_DOT
 
 SIDESLIP_DEG: Range = (-30.0, 30.0)
 LOAD_FACTOR: Range = (-2.0, 8.0)

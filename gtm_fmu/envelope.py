@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from gtm_fmu import manoeuvre
-from gtm_fmu.airframe.names import TWO_THROTTLE_CONTROLS
+from gtm_fmu.airframe.names import RUDDER, THROTTLE, TWO_THROTTLE_CONTROLS, V
 from gtm_fmu.core import solver
-from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.failures import ControlLimits, Failure, Range
-from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, RUDDER, THROTTLE, Trim, V
+from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
 _KNOWN_ENDS = 4096
@@ -155,7 +154,7 @@ class FlightCondition:
 
     @property
     def _has_two_throttles(self) -> bool:
-        return len(self._lower) == solver.TWO_THROTTLE_NT
+        return self.failure.airframe.throttles == solver.TWO_THROTTLES
 
     def _trim_at(self, rudder_deg: Range, tas_kt: float, near: np.ndarray | None) -> np.ndarray | None:
         """Unknowns of a trim at one speed, sought from a near one first; None where there is none."""
@@ -187,7 +186,7 @@ class FlightCondition:
         if found.status == solver.NO_TRIM:
             return None
         lower, upper = self._bounds_with(limits.rudder_deg)
-        hit = manoeuvre.limits_hit(found.y, lower, upper)
+        hit = manoeuvre.limits_hit(found.y, lower, upper, self.failure.airframe)
         inside = found.status == solver.TRIMMED
         return Trim.of_unknowns(
             found.y, self.altitude_ft, self.gamma_deg, inside, hit, replace(self.failure, limits=limits)
@@ -233,7 +232,7 @@ def _end_of_piece(
     lower: tuple[float, ...],
     upper: tuple[float, ...],
     goal: tuple[int, float],
-    airframe: Configuration | None,
+    airframe: solver.Airframe,
 ) -> solver.Extreme:
     """An end over one of the `solver.rudder_pieces`, which many ranges of the same condition share."""
     found = solver.envelope_end(altitude_ft, gamma, lower, upper, _objective(goal, len(lower)), airframe)

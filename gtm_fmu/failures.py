@@ -10,7 +10,7 @@ import numpy as np
 from gtm_fmu.airframe.actuators import RATE_LIMIT_DEG_S
 from gtm_fmu.airframe.names import CONTROLS, TWO_THROTTLE_CONTROLS
 from gtm_fmu.core.configuration import Configuration
-from gtm_fmu.core.solver import dead_controls
+from gtm_fmu.core.solver import ONE_THROTTLE, TWO_THROTTLES, Airframe, dead_controls
 from gtm_fmu.errors import InputError
 
 Range = tuple[float, float]
@@ -165,10 +165,11 @@ class Failure:
         return replace(self, limits=replace(self.limits, **changed)) if label in WIDEST else replace(self, **changed)
 
     @property
-    def airframe(self) -> Configuration | None:
-        """What the core's solvers take: None for the study's airframe with one throttle, which they know best."""
-        is_study = self.configuration == _study() and len(self.controls) == len(CONTROLS)
-        return None if is_study else self.configuration
+    def airframe(self) -> Airframe:
+        """What the core's solvers take."""
+        throttles = ONE_THROTTLE if self.controls == CONTROLS else TWO_THROTTLES
+        is_study = self.configuration == _study() and throttles == ONE_THROTTLE
+        return Airframe(None if is_study else self.configuration, throttles)
 
     @property
     def controls(self) -> tuple[str, ...]:
@@ -196,7 +197,7 @@ class Failure:
         """Limits (controls, 2)."""
         throttles = [own or self.limits.throttle_pct for own in (self.throttle_left_pct, self.throttle_right_pct)]
         dead = np.array(dead_controls(self.configuration))
-        if len(self.controls) == len(CONTROLS):  # one throttle drives the engines that run
+        if self.controls == CONTROLS:  # one throttle drives the engines that run
             running = self.configuration.engine_running
             throttles = [throttles[running.index(True)] if True in running else self.limits.throttle_pct]
             dead = np.append(dead[:-2], dead[-2:].all())

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from gtm_fmu import linearization, manoeuvre
+from gtm_fmu import linearization
+from gtm_fmu.airframe.names import AILERON, ALPHA, BETA, ELEVATOR, PHI, RUDDER, THROTTLE, V
 from gtm_fmu.breakpoints import breakpoints, on_each_side
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
@@ -22,17 +23,17 @@ WIDEST_TURN_RATE_DEG_S = 40.0
 """Beyond any turn of the model inside the study's bank angles."""
 
 _TRIM_VARIABLES = {
-    "alpha": (manoeuvre.ALPHA, DEG_PER_RAD, "deg"),
-    "beta": (manoeuvre.BETA, DEG_PER_RAD, "deg"),
-    "phi": (manoeuvre.PHI, DEG_PER_RAD, "deg"),
-    "elevator": (manoeuvre.ELEVATOR, 1.0, "deg"),
-    "aileron": (manoeuvre.AILERON, 1.0, "deg"),
-    "rudder": (manoeuvre.RUDDER, 1.0, "deg"),
-    "throttle": (manoeuvre.THROTTLE, 1.0, "%"),
+    "alpha": (ALPHA, DEG_PER_RAD, "deg"),
+    "beta": (BETA, DEG_PER_RAD, "deg"),
+    "phi": (PHI, DEG_PER_RAD, "deg"),
+    "elevator": (ELEVATOR, 1.0, "deg"),
+    "aileron": (AILERON, 1.0, "deg"),
+    "rudder": (RUDDER, 1.0, "deg"),
+    "throttle": (THROTTLE, 1.0, "%"),
 }
 _SEPARATE_THROTTLES = {
-    "throttle_left": (manoeuvre.THROTTLE, 1.0, "%"),
-    "throttle_right": (manoeuvre.THROTTLE + 1, 1.0, "%"),
+    "throttle_left": (THROTTLE, 1.0, "%"),
+    "throttle_right": (THROTTLE + 1, 1.0, "%"),
 }
 
 
@@ -95,7 +96,7 @@ class EnvelopeGrid:
         names = ("feasible", "stable", "controllable", "accepted")
         variables: dict[str, tuple] = {name: (dims, getattr(self, name)) for name in names}
         columns = dict(_TRIM_VARIABLES)
-        if self.y.shape[-1] == solver.TWO_THROTTLE_NT:
+        if self.failure.airframe.throttles == solver.TWO_THROTTLES:
             del columns["throttle"]
             columns |= _SEPARATE_THROTTLES
         for name, (column, factor, unit) in columns.items():
@@ -122,7 +123,7 @@ def envelope_grid(
             raise InputError(f"{name} {step:g} is outside 0.01 .. 50; give a value inside.")
     seeds = condition.extremes()
     if len(seeds):
-        ends_kt = seeds[:, manoeuvre.V].min() / FT_S_PER_KT, seeds[:, manoeuvre.V].max() / FT_S_PER_KT
+        ends_kt = seeds[:, V].min() / FT_S_PER_KT, seeds[:, V].max() / FT_S_PER_KT
         tas_kt = tas_step_kt * np.arange(np.ceil(ends_kt[0] / tas_step_kt), np.floor(ends_kt[1] / tas_step_kt) + 1)
     else:
         tas_kt = np.empty(0)

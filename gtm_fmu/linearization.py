@@ -197,7 +197,7 @@ def exact_slopes(failure: Failure) -> tuple[Slopes, tuple[str, ...]]:
     kept, inputs = _inputs(failure)
 
     def exact(x, u) -> np.ndarray:
-        A, B = slopes(x, u, failure.airframe, failure.controls)
+        A, B = slopes(x, u, failure.airframe.configuration, failure.controls)
         return np.concatenate([A, B[..., kept]], axis=-1)
 
     return exact, inputs
@@ -215,7 +215,7 @@ def slopes(
         jacobian = motion.jacobian(x, u)[1]
     else:
         jacobian = configured.jacobian(x, u, configuration)[1]
-        if len(controls) == len(CONTROLS):
+        if controls == CONTROLS:
             jacobian = np.concatenate([jacobian[..., :-2], jacobian[..., -2:].sum(axis=-1, keepdims=True)], axis=-1)
     rows = jacobian[..., _ROWS, :]
     return rows[..., _ROWS], rows[..., len(STATES) :]

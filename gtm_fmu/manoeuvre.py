@@ -10,10 +10,10 @@ from gtm_fmu import airspeed
 from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
 from gtm_fmu.airframe.names import (
     CONTROLS,
+    ELEVATOR,
     OUTPUTS,
     STATES,
-    TRIM_UNKNOWNS,
-    TWO_THROTTLE_UNKNOWNS,
+    THROTTLE,
     control_variable,
     state_variable,
 )
@@ -49,7 +49,6 @@ CONTROL_SI = np.array([RAD_PER_DEG, RAD_PER_DEG, RAD_PER_DEG, 0.01])
 """SI units in one of the airframe's, of the states and the controls."""
 
 _UNIT = np.array([KT_PER_FT_S, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD])
-V, ALPHA, BETA, PSI_DOT, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE = range(len(TRIM_UNKNOWNS))
 
 
 def check_range(name: str, value: float, allowed: Range, advice: str = "give a value inside") -> float:
@@ -125,10 +124,11 @@ def bounds(
     return np.append(angles[:, 0], limits.lower), np.append(angles[:, 1], limits.upper)
 
 
-def limits_hit(y, lower, upper) -> tuple[str, ...]:
+def limits_hit(y, lower, upper, airframe: solver.Airframe = solver.STUDY) -> tuple[str, ...]:
     """Bounds that a point holds or exceeds, as ``alpha.upper``; of jammed and held unknowns only those it exceeds."""
-    names, unknowns = [], TRIM_UNKNOWNS if len(y) == len(TRIM_UNKNOWNS) else TWO_THROTTLE_UNKNOWNS
-    for name, value, low, high, scale in zip(unknowns, y, lower, upper, solver.scale(len(y)), strict=True):
+    names = []
+    scales = solver.scale(airframe)
+    for name, value, low, high, scale in zip(airframe.unknowns, y, lower, upper, scales, strict=True):
         slack = _HELD_TOLERANCE * scale * (-1 if low == high else 1)
         if value <= low + slack:
             names.append(f"{name}.lower")
@@ -206,19 +206,19 @@ class Trim:
         ``failure`` is what it was found with; ``residual`` that of the aircraft that was trimmed, where it is not ours.
         """
         gamma, failure = gamma_deg * RAD_PER_DEG, Failure.of(failure)
-        configuration = failure.airframe
-        x, u = solver.trim_states(altitude_ft, gamma, y, configuration)
+        airframe = failure.airframe
+        x, u = solver.trim_states(altitude_ft, gamma, y, airframe)
         if residual is None:
-            if configuration is None:
+            if airframe.configuration is None:
                 F = motion.derivatives(x, u)[:6]
             else:
-                F = trim_residual(solver.with_both_throttles(y), altitude_ft, gamma, configuration)
+                F = trim_residual(solver.with_both_throttles(y, airframe), altitude_ft, gamma, airframe.configuration)
             residual = float(np.abs(F).max())
         tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg = (y[: len(_UNIT)] * _UNIT).tolist()
         p_deg_s, q_deg_s, r_deg_s = (x[3:6] * DEG_PER_RAD + 0.0).tolist()  # no -0
         elevator_deg, aileron_deg, rudder_deg = y[ELEVATOR:THROTTLE].tolist()
         throttles = y[THROTTLE:].tolist()
-        is_separate = len(throttles) > 1
+        is_separate = airframe.throttles == solver.TWO_THROTTLES
         converged = bool(residual <= CONVERGED_RESIDUAL)
         return cls(
             converged=converged,
@@ -249,7 +249,7 @@ class Trim:
     @property
     def configuration(self) -> Configuration | None:
         """Of the airframe; None for the study's."""
-        return self.failure.airframe
+        return self.failure.airframe.configuration
 
     @property
     def shortfall(self) -> str:
@@ -264,7 +264,8 @@ class Trim:
 
         With a configuration the controls are 5, a throttle for each engine.
         """
-        return solver.trim_states(self.altitude_ft, self.gamma_deg * RAD_PER_DEG, self.unknowns, self.configuration)
+        gamma = self.gamma_deg * RAD_PER_DEG
+        return solver.trim_states(self.altitude_ft, gamma, self.unknowns, self.failure.airframe)
 
     @property
     def eas_kt(self) -> float:

@@ -9,11 +9,12 @@ from typing import Unpack
 import numpy as np
 
 from gtm_fmu import manoeuvre
+from gtm_fmu.airframe.names import ALPHA, PSI_DOT, RUDDER, V
 from gtm_fmu.conditions import Asked, Conditions, conditions
 from gtm_fmu.core import solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits, Failure, Range
-from gtm_fmu.manoeuvre import ALPHA, ALPHA_DEG, PHI_DEG, Trim
+from gtm_fmu.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
 
 _SCANNED, _WIDEST_SCAN = 257, 1.4  # points, and rad or rad/s: 80 deg of bank, 80 deg/s
@@ -57,7 +58,7 @@ def trim(
     else:
         found, missed = _by_scan(at, lower, upper, failure, wanted)
     y, inside = found.y[0], found.status[0] == solver.TRIMMED and not missed
-    hit = (*manoeuvre.limits_hit(y, lower, upper), *missed)
+    hit = (*manoeuvre.limits_hit(y, lower, upper, failure.airframe), *missed)
     return Trim.of_unknowns(y, altitude_ft, gamma_deg, inside, hit, failure)
 
 
@@ -84,7 +85,7 @@ def _by_scan(
             excess = found.y[:, ALPHA] * DEG_PER_RAD - alpha_deg
         else:
             states = solver.trim_states(*at, found.y, failure.airframe)
-            excess = manoeuvre.load_factors(*states, failure.airframe) - load_factor
+            excess = manoeuvre.load_factors(*states, failure.airframe.configuration) - load_factor
         return found, np.where(found.status == solver.NO_TRIM, np.nan, excess)
 
     found, excess = scan(max(lower[k], -_WIDEST_SCAN), min(upper[k], _WIDEST_SCAN), _SCANNED)
@@ -139,8 +140,8 @@ def trims(
     columns = [np.ravel(column) for column in np.broadcast_arrays(*conditions)]
     n = columns[0].size
     lower, upper = np.tile(lower, (n, 1)), np.tile(upper, (n, 1))
-    lower[:, manoeuvre.V] = upper[:, manoeuvre.V] = columns[1] * FT_S_PER_KT
-    lower[:, manoeuvre.PSI_DOT] = upper[:, manoeuvre.PSI_DOT] = columns[3] * RAD_PER_DEG
+    lower[:, V] = upper[:, V] = columns[1] * FT_S_PER_KT
+    lower[:, PSI_DOT] = upper[:, PSI_DOT] = columns[3] * RAD_PER_DEG
     if rudder_deg is not None:
-        lower[:, manoeuvre.RUDDER], upper[:, manoeuvre.RUDDER] = columns[4], columns[5]
+        lower[:, RUDDER], upper[:, RUDDER] = columns[4], columns[5]
     return solver.trims(columns[0], columns[2] * RAD_PER_DEG, lower, upper, failure.airframe)

@@ -14,12 +14,13 @@ import numpy as np
 from gtm_fmu import manoeuvre, results
 from gtm_fmu.airframe import engines
 from gtm_fmu.airframe.atmosphere import DENSITY_0, atmosphere
+from gtm_fmu.airframe.names import THROTTLE, V
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import THROTTLE_WITHOUT_LIMIT
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits
 from gtm_fmu.files import write_whole
-from gtm_fmu.manoeuvre import ALTITUDE_FT, THROTTLE, V
+from gtm_fmu.manoeuvre import ALTITUDE_FT
 from gtm_fmu.thrust_map import ThrustMap
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 

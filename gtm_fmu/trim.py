@@ -29,7 +29,21 @@ import numpy as np
 
 from gtm_fmu import manoeuvre
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
-from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES, TRIM_UNKNOWNS
+from gtm_fmu.airframe.names import (
+    AILERON,
+    ALPHA,
+    BETA,
+    CONTROLS,
+    ELEVATOR,
+    LINEAR_STATES,
+    PHI,
+    PSI_DOT,
+    RUDDER,
+    STATES,
+    THROTTLE,
+    TRIM_UNKNOWNS,
+    V,
+)
 from gtm_fmu.airframe.steady_manoeuvre import steady_manoeuvre
 from gtm_fmu.conditions import Asked, conditions
 from gtm_fmu.core import solver
@@ -44,21 +58,7 @@ from gtm_fmu.evaluation import (
 )
 from gtm_fmu.failures import ControlLimits, Failure, Range
 from gtm_fmu.interrupt import held_interrupt
-from gtm_fmu.manoeuvre import (
-    AILERON,
-    ALPHA,
-    ALPHA_DEG,
-    BETA,
-    CONVERGED_RESIDUAL,
-    ELEVATOR,
-    PHI,
-    PHI_DEG,
-    PSI_DOT,
-    RUDDER,
-    THROTTLE,
-    Trim,
-    V,
-)
+from gtm_fmu.manoeuvre import ALPHA_DEG, CONVERGED_RESIDUAL, PHI_DEG, Trim
 from gtm_fmu.units import RAD_PER_DEG
 
 NT = len(TRIM_UNKNOWNS)

@@ -94,13 +94,14 @@ def _plain(value: Any) -> str:
 def _aircraft(fmu: Path | None, given: dict[str, Any]) -> Iterator[tuple[Callable, Callable]]:
     """How to trim as `given` asks, and how to linearise: by the core, or over evaluations of an FMU."""
     from gtm_fmu import linearization, steady
+    from gtm_fmu.core import solver
 
     failure = given_failure(given)
     asked = {"limits": failure} | {name: given[name] for name in ASKED}
     if fmu is None:
         yield partial(steady.trim, **asked), linearization.linearize
         return
-    if failure.airframe is not None:
+    if failure.airframe != solver.STUDY:
         raise InputError(
             f"'{fmu}' is the study's airframe with one throttle; leave out --fmu, or the options of another."
         )

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from gtm_fmu import steady
+from gtm_fmu.airframe.names import BETA, RUDDER
 from gtm_fmu.core import motion, solver
 from gtm_fmu.core.configuration import Configuration, trim_residual
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.failures import ControlLimits, Failure
 from gtm_fmu.grid import EnvelopeGrid, envelope_grid
-from gtm_fmu.manoeuvre import BETA, RUDDER
 from gtm_fmu.units import RAD_PER_DEG
 
 
@@ -88,10 +88,11 @@ def worst_residual(grid: EnvelopeGrid) -> tuple[float, float]:
     """Largest acceleration of the grid's trims in ft/s^2 and rad/s^2, and largest excess over a bound in core units."""
     y, airframe = grid.y[grid.feasible], grid.failure.airframe
     gamma = grid.gamma_deg * RAD_PER_DEG
-    if airframe is None:
+    if airframe.configuration is None:
         F = motion.derivatives(*solver.trim_states(grid.altitude_ft, gamma, y))[..., :6]
     else:
-        F = np.array([trim_residual(row, grid.altitude_ft, gamma, airframe) for row in solver.with_both_throttles(y)])
+        at, y_both = (grid.altitude_ft, gamma), solver.with_both_throttles(y, airframe)
+        F = np.array([trim_residual(row, *at, airframe.configuration) for row in y_both])
     lower, upper = FlightCondition(grid.altitude_ft, grid.gamma_deg, grid.failure).bounds
     return float(np.abs(F).max()), float(np.maximum(lower - y, y - upper).max())
 

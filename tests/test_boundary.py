@@ -138,7 +138,7 @@ def test_every_piece_names_the_limit_that_a_trim_beyond_it_exceeds(name):
         for side in (middle + across, middle - across):
             inside, y = feasible(condition, *side, np.full(len(clear), jam))
             for row in y[clear & ~inside][::9]:
-                assert set(piece.limits) & set(manoeuvre.limits_hit(row, *condition.bounds))
+                assert set(piece.limits) & set(manoeuvre.limits_hit(row, *condition.bounds, condition.failure.airframe))
                 kinds |= set(piece.limits)
     assert {"phi.upper", "throttle.upper"} < kinds
 

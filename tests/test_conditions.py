@@ -7,6 +7,7 @@ import pytest
 from fmpy import simulate_fmu
 
 from gtm_fmu import airspeed, manoeuvre, steady
+from gtm_fmu.airframe.names import V
 from gtm_fmu.client import FmuClient
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
@@ -115,7 +116,7 @@ def test_a_bank_gives_the_turn_of_the_specification():
 def test_an_angle_of_attack_gives_the_speed_of_the_specification():
     printed = next(trim for trim in TRIMS if trim.name.startswith("alpha 3"))
     found = steady.trim(800, angle_of_attack_deg=3)
-    assert found.unknowns[manoeuvre.V] == pytest.approx(float(printed.V), abs=2 * half_unit(printed.V))
+    assert found.unknowns[V] == pytest.approx(float(printed.V), abs=2 * half_unit(printed.V))
     assert found.throttle_pct == pytest.approx(float(printed.throttle), abs=2 * half_unit(printed.throttle))
 
 
@@ -171,7 +172,7 @@ class TestAirspeeds:
         """Against the printed speed of SPEC 13, and the airframe's own output of EAS."""
         printed = next(trim for trim in TRIMS if trim.name.startswith("eas 75"))
         found = steady.trim(800, eas_kt=75)
-        assert found.unknowns[manoeuvre.V] == pytest.approx(float(printed.V), abs=2 * half_unit(printed.V))
+        assert found.unknowns[V] == pytest.approx(float(printed.V), abs=2 * half_unit(printed.V))
         x, u = found.state_and_controls
         assert found.eas_kt == pytest.approx(plain_model.outputs(x, u)[1], rel=1e-12)
         assert found.to_dict()["eas_kt"] == pytest.approx(75, rel=1e-12)

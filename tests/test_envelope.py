@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from gtm_fmu import dataset, manoeuvre, steady
+from gtm_fmu.airframe.names import PHI, RUDDER, THROTTLE, V
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import Envelope, FlightCondition, envelope
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Range
-from gtm_fmu.manoeuvre import PHI, RUDDER, THROTTLE, Trim, V
+from gtm_fmu.manoeuvre import Trim
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 from tests.reference import plain_model
 

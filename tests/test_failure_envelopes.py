@@ -44,7 +44,7 @@ def scanned_speeds(condition: FlightCondition, tas_kt) -> np.ndarray:
     rudders = np.unique(np.linspace(lower[7], upper[7], int((upper[7] - lower[7]) / 2) + 1))
     held = np.array(np.meshgrid(np.asarray(tas_kt) * FT_S_PER_KT, banks, rudders)).reshape(3, -1).T
     at = condition.altitude_ft, condition.gamma_deg * RAD_PER_DEG
-    y = solver.cold_starts(*at, held, condition.failure.airframe, len(lower))
+    y = solver.cold_starts(*at, held, condition.failure.airframe)
     return y[((y >= lower - 1e-9) & (y <= upper + 1e-9)).all(axis=1), 0] * KT_PER_FT_S
 
 

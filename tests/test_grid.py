@@ -5,6 +5,7 @@ import pytest
 from matplotlib.path import Path
 
 from gtm_fmu import linearization, manoeuvre, steady
+from gtm_fmu.airframe.names import ELEVATOR
 from gtm_fmu.boundary import envelope_boundary
 from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
@@ -117,13 +118,13 @@ def test_jammed_elevator_keeps_every_turn_at_which_a_free_one_passes_its_positio
         at = condition.altitude_ft, grid.tas_kt[:, None], condition.gamma_deg, grid.turn_rate_deg_s
         found = steady.trims(*at, free, rudder_deg=(deflection, deflection))
         inside = (found.status != solver.NO_TRIM) & ((found.y >= lower) & (found.y <= upper)).all(axis=1)
-        off = found.y[:, manoeuvre.ELEVATOR] - jam
+        off = found.y[:, ELEVATOR] - jam
         if before is not None:
             passed |= (inside & before[0] & (off * before[1] <= 0)).reshape(passed.shape)
         before = inside, off
     assert passed.sum() > 30
     assert (passed & ~grid.feasible).sum() <= 1  # a cell at a horn's tip may be cut off from the others
-    np.testing.assert_allclose(grid.y[grid.feasible][:, manoeuvre.ELEVATOR], jam, atol=1e-9)
+    np.testing.assert_allclose(grid.y[grid.feasible][:, ELEVATOR], jam, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["no failure", "left engine out, left elevator off"])

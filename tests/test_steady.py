@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import brentq
 
 from gtm_fmu import manoeuvre, steady
+from gtm_fmu.airframe.names import BETA, PHI, PSI_DOT, RUDDER, V
 from gtm_fmu.core import solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits
-from gtm_fmu.manoeuvre import BETA, PHI, PSI_DOT, RUDDER, V
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 from tests.reference import plain_model
 from tests.reference.spec_values import TRIMS, half_unit

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from gtm_fmu import manoeuvre, steady
-from gtm_fmu.airframe.names import CONTROLS, STATES
+from gtm_fmu.airframe.names import ALPHA, CONTROLS, STATES
 from gtm_fmu.client import FmuClient, FmuError
 from gtm_fmu.core import motion, solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.evaluation import LINEAR_ROWS, FmuAirframe
 from gtm_fmu.failures import ControlLimits
-from gtm_fmu.manoeuvre import ALPHA
 from gtm_fmu.trim import FmuTrimmer
 from gtm_fmu.units import KT_PER_FT_S
 from study.fmus import build_fmu

@@ -1,9 +1,6 @@
 """Steady manoeuvres: trims and extremes on the trim manifold, in the specification's units.
 
-An unknown vector y (9) follows `names.TRIM_UNKNOWNS`; bounds lower <= y <= upper, equal bounds hold an unknown.
-
-Without a `configuration` the airframe is the study's. With one, y may also have 10 entries, a throttle for each engine
-(`names.TWO_THROTTLE_UNKNOWNS`); the width of the bounds tells. With 9 one throttle drives the engines that run.
+An unknown vector y follows the `unknowns` of an `Airframe`; bounds lower <= y <= upper, equal bounds hold an unknown.
 Controls that move nothing, their surfaces lost or their engines out, are held as near to zero as their bounds let
 them.
 """
@@ -19,10 +16,43 @@ from gtm_fmu.core.configuration import Configuration, reference
 from gtm_fmu.core.library import address, library, rows
 
 NT, TWO_THROTTLE_NT = len(TRIM_UNKNOWNS), len(TWO_THROTTLE_UNKNOWNS)
+ONE_THROTTLE, TWO_THROTTLES = 1, 2
+"""For the engines that run; one for each engine (``enum gtm_throttles``)."""
 TRIMMED, OUTSIDE, NO_TRIM = 0, 1, 2
 """F = 0 inside the bounds; F = 0 only outside of them; F = 0 nowhere found (``enum gtm_trim_status``)."""
 
 _MOST_PIECES = 64  # GTM_MOST_PIECES of solver/terms.h
+
+
+class Airframe(NamedTuple):
+    """What is trimmed: a configuration, or the study's (None), which the core knows best; and how many throttles."""
+
+    configuration: Configuration | None = None
+    throttles: int = ONE_THROTTLE
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Names of the unknowns (9 or 10) of a trim."""
+        return TRIM_UNKNOWNS if self.throttles == ONE_THROTTLE else TWO_THROTTLE_UNKNOWNS
+
+    def rows(self, values, name: str) -> np.ndarray:
+        """Values as an array (.., 9 or 10).
+
+        Raises:
+            ValueError: there is another number of unknowns.
+        """
+        return rows(values, len(self.unknowns), name)
+
+    @property
+    def arguments(self) -> tuple:
+        """The first arguments of the core's solvers."""
+        configuration = self.configuration
+        if configuration is None and self.throttles == TWO_THROTTLES:
+            configuration = Configuration()
+        return reference(configuration) if configuration is not None else None, ctypes.c_int(self.throttles)
+
+
+STUDY = Airframe()
 
 
 class Solutions(NamedTuple):
@@ -34,15 +64,15 @@ class Solutions(NamedTuple):
     status: np.ndarray
 
 
-def scale(unknowns: int = NT) -> np.ndarray:
+def scale(airframe: Airframe = STUDY) -> np.ndarray:
     """Typical size of each unknown (9 or 10); violations and tolerances are in these units."""
-    return np.array((ctypes.c_double * TWO_THROTTLE_NT).in_dll(library(), "gtm_scale"))[:unknowns]
+    return np.array((ctypes.c_double * TWO_THROTTLE_NT).in_dll(library(), "gtm_scale"))[: len(airframe.unknowns)]
 
 
-def with_both_throttles(y) -> np.ndarray:
+def with_both_throttles(y, airframe: Airframe = STUDY) -> np.ndarray:
     """Unknowns (.., 10) of y (.., 9 or 10)."""
-    y = np.asarray(y, dtype=float)
-    return np.concatenate([y, y[..., -1:]], axis=-1) if y.shape[-1] == NT else y
+    y = airframe.rows(y, "y")
+    return np.concatenate([y, y[..., -1:]], axis=-1) if airframe.throttles == ONE_THROTTLE else y
 
 
 def dead_controls(configuration: Configuration) -> tuple[bool, ...]:
@@ -52,60 +82,39 @@ def dead_controls(configuration: Configuration) -> tuple[bool, ...]:
     return tuple(dead[-len(TWO_THROTTLE_CONTROLS) :].astype(bool).tolist())
 
 
-def on_breakpoints(y, configuration: Configuration | None = None) -> np.ndarray:
+def on_breakpoints(y, airframe: Airframe = STUDY) -> np.ndarray:
     """Which unknowns of y (n, 9 or 10) lie on a breakpoint of an aerodynamic table (n, 9 or 10)."""
-    y = rows(y, _width(y), "y")
+    y = airframe.rows(y, "y")
     is_on = np.empty(y.shape, dtype=np.uint8)
     count = ctypes.c_long(len(y))
-    library().gtm_on_breakpoints(*_airframe(configuration, y.shape[-1]), count, address(y), address(is_on))
+    library().gtm_on_breakpoints(*airframe.arguments, count, address(y), address(is_on))
     return is_on.astype(bool)
 
 
-def _width(array) -> int:
-    """Number of unknowns that bounds or points have."""
-    return TWO_THROTTLE_NT if np.shape(array)[-1:] == (TWO_THROTTLE_NT,) else NT
-
-
-def _airframe(configuration: Configuration | None, unknowns: int) -> tuple:
-    """First arguments of the core's solvers."""
-    if configuration is None and unknowns == TWO_THROTTLE_NT:
-        configuration = Configuration()
-    return reference(configuration) if configuration is not None else None, ctypes.c_int(
-        2 if unknowns == TWO_THROTTLE_NT else 1
-    )
-
-
-def _bounds(lower, upper) -> tuple[np.ndarray, np.ndarray]:
-    return rows(lower, _width(lower), "lower"), rows(upper, _width(lower), "upper")
-
-
-def trims(altitude, gamma, lower, upper, configuration: Configuration | None = None) -> Solutions:
+def trims(altitude, gamma, lower, upper, airframe: Airframe = STUDY) -> Solutions:
     """Trims with the least sideslip: altitude (n) in ft, gamma (n) in rad.
 
     Bounds (n, 9 or 10) hold two or three of V, psi_dot, phi, alpha and beta.
     """
     altitude, gamma = np.ascontiguousarray(altitude, dtype=float), np.ascontiguousarray(gamma, dtype=float)
-    lower, upper = _bounds(lower, upper)
-    n, unknowns = len(altitude), lower.shape[-1]
+    lower, upper = airframe.rows(lower, "lower"), airframe.rows(upper, "upper")
+    n, unknowns = len(altitude), len(airframe.unknowns)
     if not gamma.shape == (n,) or not lower.shape == upper.shape == (n, unknowns):
         raise ValueError("altitude, gamma, lower and upper must agree in their number of rows.")
     found = Solutions(np.empty((n, unknowns)), np.empty(n), np.empty(n), np.empty(n, dtype=np.int32))
     arguments = (altitude, gamma, lower, upper, *found)
-    airframe = _airframe(configuration, unknowns)
-    library().gtm_trims(*airframe, ctypes.c_long(n), *(address(array) for array in arguments))
+    library().gtm_trims(*airframe.arguments, ctypes.c_long(n), *(address(array) for array in arguments))
     return found
 
 
-def cold_starts(
-    altitude: float, gamma: float, held, configuration: Configuration | None = None, unknowns: int = NT
-) -> np.ndarray:
-    """Points of the trim manifold (m <= n, 9) at rows (V, phi, rudder) of ``held`` (n, 3), whatever the bounds."""
+def cold_starts(altitude: float, gamma: float, held, airframe: Airframe = STUDY) -> np.ndarray:
+    """Points of the trim manifold (m <= n, 9 or 10) at rows (V, phi, rudder) of ``held`` (n, 3), without bounds."""
     held = rows(held, 3, "held")
-    y = np.empty((len(held), unknowns))
+    y = np.empty((len(held), len(airframe.unknowns)))
     solve = library().gtm_cold_starts
     solve.restype = ctypes.c_long
     at = ctypes.c_double(altitude), ctypes.c_double(gamma), ctypes.c_long(len(held))
-    found = solve(*_airframe(configuration, unknowns), *at, address(held), address(y))
+    found = solve(*airframe.arguments, *at, address(held), address(y))
     return y[:found]
 
 
@@ -117,13 +126,12 @@ class Extreme(NamedTuple):
     status: int
 
 
-def _search(name: str, configuration, altitude: float, gamma: float, lower, upper, objective, *starts) -> Extreme:
-    lower, upper = _bounds(lower, upper)
-    unknowns = lower.shape[-1]
-    objective = rows(objective, unknowns, "objective")
-    y, violation = np.full(unknowns, np.nan), ctypes.c_double(np.inf)
+def _search(name: str, airframe: Airframe, altitude: float, gamma: float, lower, upper, objective, *starts) -> Extreme:
+    lower, upper = airframe.rows(lower, "lower"), airframe.rows(upper, "upper")
+    objective = airframe.rows(objective, "objective")
+    y, violation = np.full(len(airframe.unknowns), np.nan), ctypes.c_double(np.inf)
     status = getattr(library(), name)(
-        *_airframe(configuration, unknowns),
+        *airframe.arguments,
         ctypes.c_double(altitude),
         ctypes.c_double(gamma),
         address(lower),
@@ -136,23 +144,19 @@ def _search(name: str, configuration, altitude: float, gamma: float, lower, uppe
     return Extreme(y, violation.value, status)
 
 
-def extreme(
-    altitude: float, gamma: float, lower, upper, objective, starts, configuration: Configuration | None = None
-) -> Extreme:
-    """Least objective.y on the trim manifold inside the bounds, the best of all ``starts`` (n, 9).
+def extreme(altitude: float, gamma: float, lower, upper, objective, starts, airframe: Airframe = STUDY) -> Extreme:
+    """Least objective.y on the trim manifold inside the bounds, the best of all ``starts`` (n, 9 or 10).
 
     Without a point inside the bounds, the one that exceeds them least.
     """
-    starts = rows(starts, _width(lower), "starts")
-    at = configuration, altitude, gamma, lower, upper, objective
+    starts = airframe.rows(starts, "starts")
+    at = airframe, altitude, gamma, lower, upper, objective
     return _search("gtm_extreme", *at, ctypes.c_long(len(starts)), address(starts))
 
 
-def envelope_end(
-    altitude: float, gamma: float, lower, upper, objective, configuration: Configuration | None = None
-) -> Extreme:
+def envelope_end(altitude: float, gamma: float, lower, upper, objective, airframe: Airframe = STUDY) -> Extreme:
     """The same from starts of its own, over each of the `rudder_pieces` and then about the best point found."""
-    return _search("gtm_envelope_end", configuration, altitude, gamma, lower, upper, objective)
+    return _search("gtm_envelope_end", airframe, altitude, gamma, lower, upper, objective)
 
 
 def rudder_pieces(lower: float, upper: float) -> list[tuple[float, float]]:
@@ -162,23 +166,22 @@ def rudder_pieces(lower: float, upper: float) -> list[tuple[float, float]]:
     return list(pairwise(border[: count + 1]))
 
 
-def trim_states(
-    altitude: float, gamma: float, y, configuration: Configuration | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """States x (.., 12) and controls u (.., 4) of steady manoeuvres y (.., 9) at altitude in ft and gamma in rad.
+def trim_states(altitude: float, gamma: float, y, airframe: Airframe = STUDY) -> tuple[np.ndarray, np.ndarray]:
+    """States x (.., 12) and controls u (.., 4) of steady manoeuvres y (.., 9 or 10) at altitude in ft, gamma in rad.
 
     With a configuration u (.., 5) follows `names.TWO_THROTTLE_CONTROLS`, and x moves with its wind.
     """
-    y = rows(y, NT if configuration is None else _width(y), "y")
+    y = airframe.rows(y, "y")
+    is_study = airframe == STUDY
     leading = y.shape[:-1]
     x = np.empty((*leading, len(STATES)))
-    u = np.empty((*leading, len(CONTROLS if configuration is None else TWO_THROTTLE_CONTROLS)))
+    u = np.empty((*leading, len(CONTROLS if is_study else TWO_THROTTLE_CONTROLS)))
     at = ctypes.c_double(altitude), ctypes.c_double(gamma), ctypes.c_long(int(np.prod(leading)))
     arrays = address(y), address(x), address(u)
-    if configuration is None:
+    if is_study:
         library().gtm_trim_states(*at, *arrays)
     else:
-        library().gtm_configured_trim_states(*_airframe(configuration, y.shape[-1]), *at, *arrays)
+        library().gtm_configured_trim_states(*airframe.arguments, *at, *arrays)
     return x, u
 
 
@@ -189,23 +192,20 @@ class Grid(NamedTuple):
     y: np.ndarray
 
 
-def grid(
-    altitude: float, gamma: float, lower, upper, speed, rate, seeds, configuration: Configuration | None = None
-) -> Grid:
+def grid(altitude: float, gamma: float, lower, upper, speed, rate, seeds, airframe: Airframe = STUDY) -> Grid:
     """Trims with the least sideslip at speeds (n) in ft/s and turn rates (m) in rad/s, both rising.
 
-    Cells are reached from the ``seeds`` (k, 9), trims inside the bounds, through neighbours that have a trim.
+    Cells are reached from the ``seeds`` (k, 9 or 10), trims inside the bounds, through neighbours that have a trim.
     """
-    lower, upper = _bounds(lower, upper)
+    lower, upper = airframe.rows(lower, "lower"), airframe.rows(upper, "upper")
     speed, rate = (np.ascontiguousarray(axis, dtype=float) for axis in (speed, rate))
-    unknowns = lower.shape[-1]
-    seeds = rows(seeds, unknowns, "seeds")
+    seeds = airframe.rows(seeds, "seeds")
     feasible = np.zeros((len(speed), len(rate)), dtype=np.uint8)
-    y = np.full((len(speed), len(rate), unknowns), np.nan)
+    y = np.full((len(speed), len(rate), len(airframe.unknowns)), np.nan)
     solve = library().gtm_grid
     solve.restype = ctypes.c_long
     found = solve(
-        *_airframe(configuration, unknowns),
+        *airframe.arguments,
         ctypes.c_double(altitude),
         ctypes.c_double(gamma),
         address(lower),
