@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gtm_fmu.axes import choices, levels, limits_span, span
-    from gtm_fmu.cases import CaseTable, Sampling
+    from gtm_fmu.cases import CaseTable, GivenCases, Sampling
     from gtm_fmu.client import FmuClient, FmuError
     from gtm_fmu.distribution import compute
     from gtm_fmu.envelope import Envelope, FlightCondition, envelope
@@ -36,6 +36,7 @@ __all__ = [
     "FmuClient",
     "FmuError",
     "FmuTrimmer",
+    "GivenCases",
     "InputError",
     "LinearModel",
     "RateLimits",
@@ -56,7 +57,7 @@ __all__ = [
 
 _NAMES = {
     "axes": ("choices", "levels", "limits_span", "span"),
-    "cases": ("CaseTable", "Sampling"),
+    "cases": ("CaseTable", "GivenCases", "Sampling"),
     "client": ("FmuClient", "FmuError"),
     "distribution": ("compute",),
     "envelope": ("Envelope", "FlightCondition", "envelope"),

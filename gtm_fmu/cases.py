@@ -4,6 +4,7 @@ A table of cases is never held whole (but for a Latin hypercube): any slice of i
 of sampling and the seed alone.
 """
 
+import hashlib
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ import numpy as np
 from gtm_fmu.airframe.names import CONTROLS
 from gtm_fmu.axes import Axis, Levels, limit_levels
 from gtm_fmu.errors import InputError
-from gtm_fmu.inputs import CONDITION, LIMITED, NAMES, Column
+from gtm_fmu.inputs import CONDITION, LIMITED, NAMES, Column, limit_columns
 
 LARGEST_LATIN_HYPERCUBE = 20_000_000
 """Numbers in the largest one, cases times dimensions: its permutations have to be in memory all at once."""
@@ -146,6 +147,66 @@ class CaseTable:
         from scipy.stats import qmc
 
         return qmc.LatinHypercube(self._dimensions, rng=self.seed).random(self.cases)
+
+
+@dataclass(frozen=True, eq=False)
+class GivenCases:
+    """Cases given row by row, such as the points of a design: values (n, columns) of some of `inputs.NAMES`.
+
+    Raises:
+        InputError: no row, too many, a column that is no input, missing or given twice, or a value that is no number.
+    """
+
+    columns: tuple[Column, ...]
+    values: np.ndarray
+
+    def __post_init__(self):
+        """Check the columns, and hold the values unchangeable."""
+        names = [column.name for column in self.columns]
+        values = np.array(self.values, dtype=float)
+        if values.ndim != 2 or values.shape[1] != len(names) or not len(values):
+            raise InputError(f"Cases of the shape {values.shape} were given for {len(names)} columns; give one each.")
+        if len(values) > LARGEST:
+            raise _too_large(len(values))
+        known = [name for name in NAMES if name not in LIMITED]
+        known += [end.name for control in LIMITED for end in limit_columns(control)]
+        for name in names:
+            if name not in known or names.count(name) > 1:
+                raise InputError(
+                    f"There is no input {name!r}, or it was given twice; choose some of {', '.join(known)}."
+                )
+        for column in CONDITION:
+            if column.name not in names:
+                raise InputError(f"No {column.name} was given; give a column of it.")
+        if not np.isfinite(values).all():
+            raise InputError(
+                f"Case {int(np.argmin(np.isfinite(values).all(axis=1)))} lacks a number; give every input."
+            )
+        values.setflags(write=False)
+        object.__setattr__(self, "values", values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def rows(self, start: int, stop: int) -> np.ndarray:
+        """Cases ``start`` to ``stop`` (stop - start, columns)."""
+        return self.values[start:stop]
+
+    def block(self, largest: int) -> int:
+        """Cases to cut off at a time, ``largest`` at most."""
+        return largest
+
+    def describe(self) -> dict[str, str | int]:
+        """Their number and hash, as attributes of a data set; equal ones are equal cases."""
+        return {
+            "sampling": "given",
+            "cases": len(self),
+            "cases_hash": hashlib.sha256(self.values.tobytes()).hexdigest(),
+        }
+
+
+Cases = CaseTable | GivenCases
+"""What a data set can be computed of."""
 
 
 def _too_large(cases: int) -> InputError:

@@ -20,7 +20,7 @@ from distributed.comm import CommClosedError, get_address_host_port
 from distributed.utils import silence_logging_cmgr
 
 from gtm_fmu import manoeuvre, results
-from gtm_fmu.cases import CaseTable
+from gtm_fmu.cases import Cases
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Range
 from gtm_fmu.files import real_path
@@ -44,7 +44,7 @@ Progress = Callable[[int, int], None]
 
 def compute(
     path: str | Path,
-    table: CaseTable,
+    table: Cases,
     alpha_deg: Range = manoeuvre.ALPHA_DEG,
     phi_deg: Range = manoeuvre.PHI_DEG,
     *,
@@ -166,7 +166,7 @@ def _evaluation() -> Callable[..., dict[str, np.ndarray]]:
     return evaluate
 
 
-def _pieces(table: CaseTable, chunks: list[range]) -> Iterator[tuple[range, range, np.ndarray]]:
+def _pieces(table: Cases, chunks: list[range]) -> Iterator[tuple[range, range, np.ndarray]]:
     """Chunk, numbers and rows of the cases of each task; rows by the chunk, as a Sobol sequence is run through anew."""
     size = table.block(PIECE)
     for chunk in chunks:

@@ -24,7 +24,7 @@ import zarr
 from zarr.codecs import ZstdCodec
 
 from gtm_fmu import results
-from gtm_fmu.cases import CaseTable
+from gtm_fmu.cases import Cases
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import real_path
@@ -43,7 +43,7 @@ def chunk_size(cases: int) -> int:
     return min(max(power_of_two, SMALLEST_CHUNK), LARGEST_CHUNK)
 
 
-def identity(table: CaseTable, options: Mapping[str, Any]) -> dict[str, Any]:
+def identity(table: Cases, options: Mapping[str, Any]) -> dict[str, Any]:
     """Attributes that tell what the values of a store follow from; a store is only continued if all are the same."""
     versions = {f"{package}_version": version(package) for package in ("numpy", "scipy")} | {"store_version": "2"}
     core = {"core_sha256": hashlib.sha256(library_path().read_bytes()).hexdigest()}
@@ -122,7 +122,7 @@ class CaseStore:
         InputError: what is at ``path`` is no store, a damaged one, or one of another version or with other options.
     """
 
-    def __init__(self, path: Path, table: CaseTable, options: Mapping[str, Any], chunk: int | None = None):
+    def __init__(self, path: Path, table: Cases, options: Mapping[str, Any], chunk: int | None = None):
         self.path, self.table = path, table
         columns = table.columns
         self._schema = {column.name: attributes(column) for column in columns}

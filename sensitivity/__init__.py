@@ -31,6 +31,7 @@ from .rejection import Conditioned, conditioned
 from .salib_problem import from_salib
 from .shapley import ShapleyDesign, ShapleyEffects, shapley_design, shapley_effects
 from .simplex import Simplex
+from .tabulated import TabulatedIndices, tabulated_indices
 
 if TYPE_CHECKING:
     from .plots import plot_bars, plot_convergence, plot_effects, plot_pairs
@@ -64,6 +65,7 @@ __all__ = [
     "ShapleyDesign",
     "ShapleyEffects",
     "Simplex",
+    "TabulatedIndices",
     "Uniform",
     "VarianceIndices",
     "conditioned",
@@ -82,6 +84,7 @@ __all__ = [
     "plot_pairs",
     "shapley_design",
     "shapley_effects",
+    "tabulated_indices",
     "test_functions",
     "variance_design",
     "variance_indices",

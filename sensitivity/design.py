@@ -134,11 +134,14 @@ def variance_design(
     n: int,
     *,
     groups: Sequence[Collection[str]] = (),
+    factors: Sequence[Collection[str]] | None = None,
     sampling: Sampling = "sobol",
     replicates: int = 8,
     seed: int = 0,
 ) -> Design:
     """Design for first-order and total indices of every input and every group, with dependent inputs.
+
+    `factors` are taken in the place of every input and every group, where only some of them count.
 
     n is the number N of base rows. Every block of dependent inputs is a group without being asked for. M factors cost
     at most N (2 M + 2) evaluations: the base sample, for each factor one block with it redrawn (total index) and one
@@ -150,15 +153,15 @@ def variance_design(
     sampling "random": n independent rows; `replicates` is not used.
     """
     names = _at_least_two(distribution)
-    for group in groups:
+    for group in (*groups, *(factors or ())):
         distribution.check_names(group)
         if not 1 <= len(set(group)) < len(names):
             raise ValueError(f"Group {tuple(group)} must hold some, but not all, inputs of {', '.join(names)}.")
-    in_order = [tuple(name for name in names if name in group) for group in (*distribution.dependent, *groups)]
-    singles = [(name,) for name in names]
-    factors = tuple(dict.fromkeys(factor for factor in (*singles, *in_order) if len(factor) < len(names)))
-    rest = [distribution.complement(factor) for factor in factors]
-    return redrawn_design(distribution, factors, [*factors, *rest], n, sampling, replicates, seed)
+    asked = [*((name,) for name in names), *distribution.dependent, *groups] if factors is None else factors
+    in_order = [tuple(name for name in names if name in group) for group in asked]
+    chosen = tuple(dict.fromkeys(factor for factor in in_order if len(factor) < len(names)))
+    rest = [distribution.complement(factor) for factor in chosen]
+    return redrawn_design(distribution, chosen, [*chosen, *rest], n, sampling, replicates, seed)
 
 
 def redrawn_design(

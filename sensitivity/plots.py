@@ -83,7 +83,7 @@ def plot_bars(
         axes.spines[["top", "right"]].set_visible(False)
     confidence = getattr(result, "confidence", 0.95)
     unit = "share of variance" if set(kinds) <= {"first", "total", "shares", "effects"} else "index"
-    panels[0].set_ylabel(f"{unit}, {confidence:.0%} intervals")
+    panels[0].set_ylabel(f"{unit}, {confidence:.0%} intervals" if confidence else unit)
     legend = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     figure.legend(legend.values(), legend.keys(), loc="outside right upper", frameon=False)
     return figure

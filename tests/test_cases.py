@@ -9,12 +9,13 @@ from scipy.stats import qmc
 
 from gtm_fmu import axes, results
 from gtm_fmu.axes import choices, failure_levels, levels, limit_levels, limits_span, span
-from gtm_fmu.cases import CaseTable, Sampling
+from gtm_fmu.cases import CaseTable, GivenCases, Sampling
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import WIDEST, ControlLimits, Failure, RateLimits
-from gtm_fmu.inputs import CHOICES, INPUTS, LIMITED, QUANTITIES, failure
+from gtm_fmu.inputs import CHOICES, INPUTS, LIMITED, QUANTITIES, Column, failure
+from gtm_fmu.store import CaseStore, open_cases
 
 RANDOM = [Sampling.RANDOM, Sampling.LATIN_HYPERCUBE, Sampling.SOBOL]
 NAMES = [column.name for column in INPUTS]
@@ -139,6 +140,50 @@ class TestLattice:
         last = table.rows(10**8 - 2, 10**8 + 5)
         np.testing.assert_array_equal(last[:, NAMES.index("rudder_lower")], [jams[-2][0], 20])
         np.testing.assert_array_equal(last[1], [30000, 0, 20, 20, 20, 20, 20, 20, 0, 100])
+
+
+class TestGiven:
+    """Cases row by row, as the points of a design are."""
+
+    COLUMNS = (*INPUTS[:2], *INPUTS[6:8])
+    ROWS = ((0.0, 1.0, -5.0, 5.0), (30000.0, -5.0, 30.0, 30.0), (1.0, 0.0, -30.0, 0.5))
+
+    def test_rows_are_those_given(self):
+        table = GivenCases(self.COLUMNS, np.array(self.ROWS))
+        assert len(table) == 3
+        np.testing.assert_array_equal(table.rows(1, 9), self.ROWS[1:])
+        assert table.describe() != GivenCases(self.COLUMNS, np.array(self.ROWS[::-1])).describe()
+
+    def test_a_store_of_them(self, tmp_path):
+        """What the solver finds, in the order that was given."""
+        table = GivenCases(self.COLUMNS, np.array(self.ROWS))
+        names, options = [column.name for column in self.COLUMNS], {"alpha_deg": [-5.0, 10.5]}
+        found = results.evaluate(table.rows(0, 3), inputs=names)
+        store = CaseStore(tmp_path / "given.zarr", table, options)
+        for cases in store.unfinished():
+            store.write(cases, found)
+        kept = open_cases(tmp_path / "given.zarr")
+        np.testing.assert_array_equal(kept.rudder_upper, [5.0, 30.0, 0.5])
+        np.testing.assert_array_equal(kept.v_max, found["v_max"])
+        with pytest.raises(InputError, match="with other options"):
+            CaseStore(tmp_path / "given.zarr", GivenCases(self.COLUMNS, np.array(self.ROWS[::-1])), options)
+
+    @pytest.mark.parametrize(
+        ("columns", "rows", "message"),
+        [
+            (COLUMNS, ROWS[0], "give one each"),
+            (COLUMNS, (), "give one each"),
+            (COLUMNS[:3], ROWS, "give one each"),
+            ((*COLUMNS[:3], COLUMNS[2]), ROWS, "given twice"),
+            ((*COLUMNS[:3], Column("weather", "")), ROWS, "no input 'weather'"),
+            ((*COLUMNS[:3], Column("rudder", "deg")), ROWS, "no input 'rudder'"),
+            ((*COLUMNS[1:], INPUTS[2]), ROWS, "No altitude was given"),
+            (COLUMNS, (*ROWS, (0.0, 0.0, np.nan, 0.0)), "Case 3 lacks a number"),
+        ],
+    )
+    def test_what_is_no_table(self, columns, rows, message):
+        with pytest.raises(InputError, match=message):
+            GivenCases(columns, np.array(rows))
 
 
 class TestBlocks:

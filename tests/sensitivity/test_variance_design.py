@@ -38,6 +38,15 @@ def test_cost():
     assert shared.n_evaluations == 64 * (2 * 5 + 2)
 
 
+def test_only_some_factors():
+    """Two factors cost their two blocks each, the base sample and the one of all inputs."""
+    design = variance_design(DISTRIBUTION, 64, factors=[["gamma"], ["UL", "LL"]], replicates=2)
+    assert design.factors == (("gamma",), ("LL", "UL"))
+    assert design.n_evaluations == 64 * (2 * 2 + 2)
+    with pytest.raises(ValueError, match="some, but not all"):
+        variance_design(DISTRIBUTION, 64, factors=[DISTRIBUTION.names])
+
+
 def test_same_seed_same_points_and_replicates_differ():
     first, second = (variance_design(DISTRIBUTION, 64, replicates=2, seed=5) for _ in range(2))
     np.testing.assert_array_equal(first.points, second.points)
