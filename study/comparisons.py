@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-import sensitivity
 from gtm_fmu import linearization, steady
 from gtm_fmu.client import FmuClient
 from gtm_fmu.core import solver
@@ -17,14 +16,13 @@ from gtm_fmu.failures import WIDEST, ControlLimits, Range
 from gtm_fmu.family import EnvelopeFamily, envelope_family
 from gtm_fmu.trim import FmuTrimmer
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
-from study.emulator import FULL_THROTTLE_PCT, INPUTS, SPEEDS, RudderEmulator
+from study.emulator import RudderEmulator
 from study.off_lattice import Surrogate
 from study.progress import Advance
 from surrogate import Selection
 
 TRIMS = 200
 OFF_LATTICE_CASES = 300
-SENSITIVITY_ROWS = 2**17  # rows of the design; the network is evaluated 12 times as often
 FIG_3 = (10000.0, -5.0)  # altitude and flight-path angle of paper Fig. 3
 FIG_3_JAMS_DEG = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
 JAM_CONDITION = (10000.0, 0.0)
@@ -160,23 +158,3 @@ def compare_surrogate_fmu(fmu: Path, surrogate: Surrogate, seed: int) -> dict[st
                 largest = max(largest, float(np.abs(speeds_kt - expected).max()))
             agreed += fmu_finds == found["feasible"]
     return {"cases": cases, "same_verdict": agreed, "largest_difference_kt": largest}
-
-
-def sensitivity_indices(emulator: RudderEmulator, seed: int) -> tuple[sensitivity.VarianceIndices, float]:
-    """First-order and total indices of V_min and V_max, by the emulator, over the lattice's domain.
-
-    Also the share of the cases that have no envelope, where the network of the speeds only goes on.
-    """
-    (altitude, ft), (gamma, deg), (lower, _), (upper, _) = INPUTS
-    ranges: list[Range] = [(low, high) for low, high in emulator.speeds.input_ranges.tolist()]
-    distribution = sensitivity.Distribution(
-        [
-            sensitivity.Uniform(altitude, *ranges[0], unit=ft),
-            sensitivity.Uniform(gamma, *ranges[1], unit=deg),
-            sensitivity.OrderedUniform((lower, upper), *WIDEST["rudder_deg"], unit=deg),
-        ]
-    )
-    design = sensitivity.variance_design(distribution, SENSITIVITY_ROWS, sampling="random", seed=seed)
-    evaluated = design.evaluate(emulator.speeds.predict, output_names=[name for name, _ in SPEEDS])
-    t_min = emulator.throttle.predict(design.points[: design.n_base])
-    return sensitivity.variance_indices(evaluated, seed=seed), float(np.mean(t_min > FULL_THROTTLE_PCT))

@@ -15,7 +15,16 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.files import writable_folder
 from gtm_fmu.thrust_map import ThrustMap
 from sensitivity import plot_bars
-from study import comparisons, figures, off_lattice, published, report, survey_figures, surveys
+from study import (
+    comparisons,
+    figures,
+    off_lattice,
+    published,
+    report,
+    rudder_sensitivity,
+    survey_figures,
+    surveys,
+)
 from study.emulator import RudderEmulator, train
 from study.family_figures import family_page, plot_family
 from study.files import save_figure, write_text
@@ -80,9 +89,9 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
         with stage("FMU of the surrogate"):
             surrogate = build_fmu("surrogate", output)
             results["surrogate_fmu"] = comparisons.compare_surrogate_fmu(surrogate, thrust_map, seed)
-        with stage("Sensitivity") as advance:
-            indices, without_envelope = comparisons.sensitivity_indices(emulator, seed)
-            results["sensitivity"] = indices.to_dict() | {"without_envelope": without_envelope}
+        with stage("Sensitivity"):
+            networks = {"package's network": RudderEmulator.load(), "paper's network": emulator}
+            results["sensitivity"], indices = rudder_sensitivity.results(thrust_map, networks, continued_by=emulator)
             chart = plot_bars(
                 indices, published=published.VARIANCE_INDICES, published_label="paper", labels=figures.LABELS
             )

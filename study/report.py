@@ -3,7 +3,8 @@
 from statistics import median
 from typing import Any
 
-from study import published
+from study import published, sensitivity_report
+from study.markdown import table
 
 Row = tuple[str, str, str]
 
@@ -39,7 +40,7 @@ def markdown(results: dict[str, Any]) -> str:
         + "\n"
         + _shipped(results["off_lattice_test_set"])
         + "\nThe paper counts cases of which some have no steady manoeuvre inside its own limits; errors are mean "
-        "squares of speeds scaled to 0..1.\n\n## Variance-based indices\n\n" + _indices(results["sensitivity"])
+        "squares of speeds scaled to 0..1.\n\n" + sensitivity_report.markdown(results["sensitivity"])
     )
 
 
@@ -56,36 +57,6 @@ def _shipped(models: dict[str, dict[str, Any]]) -> str:
         "`GtmSurrogate.fmu` carries the thrust map; `rudder_speeds.json` and `rudder_throttle.json` are the paper's "
         f"networks, trained on the lattice. On {cases} random cases off the lattice:\n\n" + table(heads, rows)
     )
-
-
-def _indices(indices: dict[str, Any]) -> str:
-    rows = []
-    for output, entry in indices["outputs"].items():
-        for factor, values in entry["indices"].items():
-            known = published.VARIANCE_INDICES[output].get(factor, {})
-            cells = [f"{output}: {factor.replace(',', ', ')}"]
-            for kind in ("first", "total"):
-                value = values[kind]
-                cells.append(f"{value['value']:.4f} ({value['lower']:.4f} .. {value['upper']:.4f})")
-                cells.append(f"{known[kind]:.4f}" if kind in known else "-")
-            rows.append(tuple(cells))
-    heads = ("factor", "S here", "S paper", "S^T here", "S^T paper")
-    identity = min(1 - check["sum"]["value"] for entry in indices["outputs"].values() for check in entry["identities"])
-    return (
-        table(heads, rows)
-        + f"\n{indices['n_evaluations']} evaluations of the paper's network; 95 % bootstrap intervals. For dependent "
-        "inputs S of one limit, S^T of the other and the closed index of altitude and path angle add up to at most 1: "
-        "here "
-        f"{identity:.3f} is left, in the paper's Table 15 the sums are 1.147 and 1.074.\n\n"
-        f"{indices['without_envelope']:.1%} of these cases have no envelope. The indices count them as the network "
-        "continues there.\n"
-    )
-
-
-def table(heads: tuple[str, ...], rows: list) -> str:
-    """A table in Markdown."""
-    lines = [heads, tuple("---" for _ in heads), *rows]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def _g(value: float) -> str:

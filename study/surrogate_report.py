@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from study.report import table
+from study.markdown import table
 
 _HEADS = (
     "model",

@@ -1,34 +1,14 @@
 """Mirrored failures have other envelopes, because the centre of gravity lies beside the plane of symmetry."""
 
-import ctypes
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
-from gtm_fmu.core import configuration as core
 from gtm_fmu.core.configuration import Configuration
-from gtm_fmu.core.library import library
 from gtm_fmu.envelope import envelope
 from gtm_fmu.failures import ControlLimits, Failure
 from study.asymmetry import differences
 
 CASES = 40
-
-
-@pytest.fixture(scope="module")
-def centred() -> Iterator[Configuration]:
-    """The study's airframe with its centre of gravity on the plane of symmetry, which no setting of ours moves."""
-    moved = Configuration(runway_altitude_ft=0.0)  # of no account without wind; the core's struct is its own
-    struct = core._struct(moved)
-    doubles = library().gtm_configuration_size() // ctypes.sizeof(ctypes.c_double)
-    numbers = np.ctypeslib.as_array((ctypes.c_double * doubles).from_address(ctypes.addressof(struct)))
-    to_the_left = -0.1416 / 12  # ft (SPEC 3)
-    places = numbers == to_the_left
-    assert struct.cg[1] == to_the_left
-    numbers[places] = 0.0
-    yield moved
-    numbers[places] = to_the_left
 
 
 def test_with_a_centred_cg_mirrored_failures_nearly_agree(centred):

@@ -98,39 +98,6 @@ def test_surrogate_fmu_with_another_map(fmus):
     assert other["largest_difference_kt"] == pytest.approx(0.25)
 
 
-def test_sensitivity_of_a_known_function(monkeypatch):
-    """V_min = h + LL, V_max = gamma + UL, each scaled: shares of variance in closed form.
-
-    A limit of the triangle on [-30, 30] has the variance 60^2 / 18, and UL given LL is uniform on what is left, so its
-    mean follows LL with half the slope: of V[UL] a quarter is explained by LL.
-    """
-    monkeypatch.setattr(comparisons, "SENSITIVITY_ROWS", 2**14)
-    ranges = np.array([(0.0, 24000.0), (-6.0, 6.0), (-30.0, 30.0), (-30.0, 30.0)])
-    limit_variance = 60.0**2 / 18
-
-    def speeds(X):
-        h, gamma, lower, upper = X.T
-        return np.column_stack([h / 1000 + lower, 2 * gamma + upper])
-
-    def least_throttle(X):
-        return 100 + X[:, :1] - 18000
-
-    emulator = SimpleNamespace(
-        speeds=SimpleNamespace(predict=speeds, input_ranges=ranges), throttle=SimpleNamespace(predict=least_throttle)
-    )
-    found, without_envelope = comparisons.sensitivity_indices(emulator, 0)
-    indices = found.to_dict()["outputs"]
-    assert without_envelope == pytest.approx(0.25, abs=0.02)  # above 18 000 of 24 000 ft
-    v_min, v_max = 24.0**2 / 12 + limit_variance, 24.0**2 / 12 + limit_variance
-    expected = {
-        "v_min_kt": {"altitude_ft": 48 / v_min, "gamma_deg": 0, "rudder_lower_deg": limit_variance / v_min},
-        "v_max_kt": {"altitude_ft": 0, "gamma_deg": 48 / v_max, "rudder_lower_deg": limit_variance / 4 / v_max},
-    }
-    for output, factors in expected.items():
-        for factor, share in factors.items():
-            assert indices[output]["indices"][factor]["first"]["value"] == pytest.approx(share, abs=0.02)
-
-
 def test_jams_of_the_paper(monkeypatch):
     monkeypatch.setattr(comparisons, "FIG_3_JAMS_DEG", (20.0, 30.0))
     steps = []

@@ -18,8 +18,9 @@ from gtm_fmu import dataset
 from gtm_fmu.envelope import envelope
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits
-from study import cli, comparisons, pipeline, surveys
+from study import cli, comparisons, pipeline, rudder_sensitivity, surveys
 from study.emulator import RudderEmulator, train
+from study.rudder_grid import Cells
 from surrogate import Schedule
 
 PICTURES = {
@@ -42,7 +43,7 @@ def small():
         patch.setattr(pipeline, "train", partial(train, rounds=ROUNDS, hidden=3, schedule=Schedule(epochs=EPOCHS)))
         patch.setattr(comparisons, "TRIMS", TRIMS)
         patch.setattr(comparisons, "OFF_LATTICE_CASES", CASES)
-        patch.setattr(comparisons, "SENSITIVITY_ROWS", 256)
+        patch.setattr(rudder_sensitivity, "FINER_CELLS", Cells(4, 4, 12))
         patch.setattr(comparisons, "FIG_3_JAMS_DEG", (0.0, 30.0))
         patch.setattr(surveys, "GAMMAS_DEG", (-5.0, 5.0))
         patch.setattr(surveys, "ALTITUDES_FT", (0.0, 30000.0))
@@ -137,12 +138,14 @@ class TestResults:
         assert scores["speeds"]["mse_independent"] == min(scores["mse_independent"])
 
     def test_indices(self, results):
-        indices = results["sensitivity"]
-        assert set(indices["outputs"]) == {"v_min_kt", "v_max_kt"}
-        assert indices["n_outside"] == 0
-        # numbers and units of the inputs, without a repr of NumPy
-        assert "lower=0.0, upper=20000.0, unit='ft'" in indices["distribution"]
-        assert "np." not in indices["distribution"]
+        """Of three questions, exact and by the thrust map; by both networks where they give the speeds."""
+        questions = results["sensitivity"]["questions"]
+        speeds = ["exact", "thrust map", "package's network", "paper's network"]
+        assert {question: list(found["answers"]) for question, found in questions.items()} == {
+            "as in the paper": speeds,
+            "with an envelope": speeds,
+            "whether": speeds[:2],
+        }
 
 
 class TestAgain:

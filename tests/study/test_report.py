@@ -15,10 +15,20 @@ from study.files import save_figure, write_text
 from study.report import markdown
 
 
-def estimate(value: float) -> dict:
-    return {"value": value, "lower": value - 0.01, "upper": value + 0.01}
+def answer(outputs: tuple[str, ...], shift: float) -> dict:
+    """Indices that rise from factor to factor, by steps of 0.02 from 0.1 (first) and 0.5 (total)."""
+    return {
+        output: {
+            "indices": {
+                factor: {"first": 0.1 + 0.02 * k + shift + 0.003 * j, "total": 0.5 + 0.02 * k + shift + 0.003 * j}
+                for k, factor in enumerate(FACTORS)
+            }
+        }
+        for j, output in enumerate(outputs)
+    }
 
 
+SPEEDS = ("v_min_kt", "v_max_kt")
 FACTORS = ("altitude_ft", "gamma_deg", "rudder_lower_deg", "rudder_upper_deg", "rudder_lower_deg,rudder_upper_deg")
 RESULTS = {
     "trims": {
@@ -43,17 +53,18 @@ RESULTS = {
     },
     "surrogate_fmu": {"cases": 50, "largest_difference_kt": 1.5e-13},
     "sensitivity": {
-        "n_evaluations": 123456,
+        "cells": {"altitude": 7, "gamma": 8, "rudder": 9},
+        "finer_cells": {"altitude": 11, "gamma": 12, "rudder": 13},
         "without_envelope": 0.0567,
-        "outputs": {
-            output: {
-                "indices": {
-                    factor: {"first": estimate(0.1 + 0.02 * k + shift), "total": estimate(0.5 + 0.02 * k + shift)}
-                    for k, factor in enumerate(FACTORS)
-                },
-                "identities": [{"sum": {"value": 0.9 + shift}}, {"sum": {"value": 0.95}}],
-            }
-            for output, shift in (("v_min_kt", 0.0), ("v_max_kt", 0.003))
+        "questions": {
+            "as in the paper": {
+                "answers": {"exact": answer(SPEEDS, 0.0), "thrust map": answer(SPEEDS, 0.001)},
+                "own_error": {"thrust map": 0.00123}, "cells_error": 0.00456,
+            },
+            "whether": {
+                "answers": {"exact": answer(("has_envelope",), 0.2), "thrust map": answer(("has_envelope",), 0.25)},
+                "own_error": {"thrust map": 0.00234}, "cells_error": 0.00567,
+            },
         },
     },
 }  # fmt: skip
@@ -91,29 +102,40 @@ class TestTable:
         assert ours == here
         assert paper in theirs
 
-    def test_indices_beside_those_of_table_15(self, rows):
-        for output, factors in published.VARIANCE_INDICES.items():
-            for factor, known in factors.items():
-                ours = RESULTS["sensitivity"]["outputs"][output]["indices"][factor]
-                first, paper_first, total, paper_total = rows[f"{output}: {factor}"]
-                assert first.startswith(f"{ours['first']['value']:.4f} (")
-                assert total.startswith(f"{ours['total']['value']:.4f} (")
-                assert (paper_first, paper_total) == (f"{known['first']:.4f}", f"{known['total']:.4f}")
+    @pytest.fixture
+    def tables(self) -> list[list[list[str]]]:
+        """Cells of every table, the heads first."""
+        blocks = re.findall(r"(?:^\|.*\n)+", markdown(RESULTS), re.MULTILINE)
+        return [[line.strip("| ").split(" | ") for line in block.splitlines()] for block in blocks]
 
-    def test_group_without_published_index(self, rows):
-        cells = rows["v_max_kt: rudder_lower_deg, rudder_upper_deg"]
-        assert cells == ["0.1830 (0.1730 .. 0.1930)", "-", "0.5830 (0.5730 .. 0.5930)", "-"]
+    def test_indices_beside_those_of_table_15(self, tables):
+        for (heads, _, *lines), kind, least in zip(tables[2:4], ("first", "total"), (0.1, 0.5), strict=True):
+            assert heads[1:] == ["exact", "thrust map", "paper"]
+            rows = {name: cells for name, *cells in lines}
+            for j, (output, factors) in enumerate(sorted(published.VARIANCE_INDICES.items(), reverse=True)):
+                assert output == SPEEDS[j]
+                for k, (factor, known) in enumerate(factors.items()):
+                    ours = least + 0.02 * k + 0.003 * j
+                    assert rows[f"{output}: {factor}"] == [f"{ours:.3f}", f"{ours + 0.001:.3f}", f"{known[kind]:.4f}"]
 
-    def test_room_left_by_the_identity(self):
+    def test_group_without_published_index(self, tables):
+        assert ["v_max_kt: rudder_lower_deg, rudder_upper_deg", "0.183", "0.184", "-"] in tables[2]
+
+    def test_whether_there_is_an_envelope(self, tables):
+        assert ["has_envelope: gamma_deg", "0.320", "0.370"] in tables[4]
+
+    def test_errors_are_told_apart(self):
+        """A surrogate's own, and what the cells do."""
         text = markdown(RESULTS)
-        assert "123456 evaluations" in text
-        assert "here 0.050 is left" in text  # 1 - 0.95
-        assert "5.7% of these cases have no envelope" in text
+        assert "of the thrust map 0.0012. With 11 x 12 x 13 cells" in text
+        assert "no index moves by more than 0.0057" in text
+        assert "sums over 7 x 8 x 9 cells" in text
+        assert "5.7% of the cases have no envelope" in text
 
     def test_it_is_markdown(self):
         widths = [line.count("|") for line in markdown(RESULTS).splitlines() if line.startswith("|")]
-        assert set(widths) == {4, 6, 8}
-        assert len(re.findall(r"^\| --- \|", markdown(RESULTS), re.MULTILINE)) == 3
+        assert set(widths) == {4, 5, 8}
+        assert len(re.findall(r"^\| --- \|", markdown(RESULTS), re.MULTILINE)) == 6
 
     def test_which_model_is_whose(self, rows):
         """What GtmSurrogate carries is told from the paper's networks, each with its errors off the lattice."""
