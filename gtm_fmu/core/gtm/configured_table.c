@@ -17,7 +17,10 @@ static inline position locate_below(const gtm_axis *axis, double value)
 /* Held at the ends of a range, where slopes end too. */
 static inline position locate_clipped(const gtm_axis *axis, double value, double lowest, double highest)
 {
-    position at = locate(axis, value < lowest ? lowest : value > highest ? highest : value);
+    double held = value;
+    if (value < lowest) held = lowest;
+    else if (value > highest) held = highest;
+    position at = locate(axis, held);
     if (value < lowest || value >= highest) at.inverse_width = 0;
     return at;
 }

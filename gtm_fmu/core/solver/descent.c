@@ -46,8 +46,9 @@ static int take_hold(gtm_search *s, double enough, place *at)
     }
     count = n;
     for (int i = 0; i < n; i++) {
-        s->is_free[i] = s->lower[i] != s->upper[i] || at->y[i] != s->lower[i] || count == GTM_NF;
-        count -= !s->is_free[i];
+        const int is_met = s->lower[i] == s->upper[i] && at->y[i] == s->lower[i];
+        s->is_free[i] = !is_met || count == GTM_NF;
+        if (!s->is_free[i]) count--;
     }
     return gtm_project(at->y, s->problem, s->is_free, enough, at->J);
 }
@@ -101,11 +102,34 @@ static double try_step(const gtm_search *s, const gtm_cell *c, const proposal *w
     return (from->merit - to->merit) / way->promised;
 }
 
+/* The same along the bounds that the step reaches, with the manifold's curvature; -1 when nothing is promised there. */
+static double try_along_bounds(const gtm_search *s, const gtm_cell *c, const proposal *way, double enough,
+                               const place *from, place *to, double *longest)
+{
+    gtm_curvature curvature;
+    proposal along = *way;
+    if (gtm_curvature_at(from->y, s->problem, c, &way->tangent, &curvature)) return -1;
+    along.promised = gtm_quadratic_step(s, &way->model, &curvature, along.x);
+    if (!(along.promised > 0)) return -1;
+    return try_step(s, c, &along, enough, from, to, longest);
+}
+
+/* Shares of a promise: a step is taken, the tangent space of one cell will not do, the trust region is too small. */
+static const double least_gain = 0.05, poor_gain = 0.25, good_gain = 0.7;
+
+static double next_radius(double radius, double gained, double longest)
+{
+    if (gained < poor_gain) return 0.3 * fmin(radius, longest);
+    if (gained > good_gain && longest > 0.9 * radius) return fmin(2 * radius, largest_radius);
+    return radius;
+}
+
 /* One start; y ends at a local optimum; its violation is returned (infinite: no trim). */
 static double descend(gtm_search *s, precision enough, double *y)
 {
-    static const double least_gain = 0.05;
     const size_t row = sizeof *y * (size_t)s->problem->unknowns;
+    const gtm_cell open = gtm_open_cell();
+    gtm_cell here = open;
     int in_cells = 0;
     place places[2], *at = places, *trial = places + 1;
     proposal way;
@@ -113,23 +137,14 @@ static double descend(gtm_search *s, precision enough, double *y)
     if (take_hold(s, enough.residual, at)) return INFINITY;
     price(s, at);
     double radius = first_radius;
-    const gtm_cell open = gtm_open_cell();
-    gtm_cell here = open;
     for (int k = 0; k < MOST_STEPS && radius > enough.radius; k++) {
         double gained = -1, longest = 0;
         const gtm_cell *c = in_cells ? &here : &open;
         propose(s, at, c, radius, &way);
         if (in_cells) propose_beyond(s, at, &here, radius, enough.promise, &way);
         if (way.promised < enough.promise) break;
-        if (in_cells && gtm_is_cut_short(&way.model, way.x)) {
-            gtm_curvature curvature;
-            proposal along = way;
-            if (!gtm_curvature_at(at->y, s->problem, c, &way.tangent, &curvature))
-                along.promised = gtm_quadratic_step(s, &way.model, &curvature, along.x);
-            else
-                along.promised = -1;
-            if (along.promised > 0) gained = try_step(s, c, &along, enough.residual, at, trial, &longest);
-        }
+        if (in_cells && gtm_is_cut_short(&way.model, way.x))
+            gained = try_along_bounds(s, c, &way, enough.residual, at, trial, &longest);
         if (gained <= least_gain) gained = try_step(s, c, &way, enough.residual, at, trial, &longest);
         if (gained > least_gain) {
             place *const left = at;
@@ -137,13 +152,12 @@ static double descend(gtm_search *s, precision enough, double *y)
             trial = left;
             if (in_cells) gtm_update_cell(s->problem, &here, at->y);
         }
-        if (gained < 0.25 && !in_cells) {
+        if (gained < poor_gain && !in_cells) {
             in_cells = 1;
             here = gtm_cell_at(s->problem, at->y, s->upper);
-        } else if (gained < 0.25)
-            radius = 0.3 * fmin(radius, longest);
-        else if (gained > 0.7 && longest > 0.9 * radius)
-            radius = fmin(2 * radius, largest_radius);
+        } else {
+            radius = next_radius(radius, gained, longest);
+        }
     }
     memcpy(y, at->y, row);
     return at->violation;
@@ -221,7 +235,9 @@ int gtm_find_extreme(const gtm_problem *p, const double *lower, const double *up
         optimum o = kept[k];
         o.violation = descend(&s, fine, o.y);
         o.value = gtm_value(&s, o.y);
-        if (isfinite(o.violation) && (!found || is_better(&o, &polished))) polished = o, found = 1;
+        if (!isfinite(o.violation)) continue;
+        if (!found || is_better(&o, &polished)) polished = o;
+        found = 1;
     }
     *violation = INFINITY;
     if (!found) return GTM_NO_TRIM;

@@ -100,10 +100,11 @@ static end search(const gtm_problem *p, const double *lower, const double *upper
     return e;
 }
 
-static end better(end a, end b)
+static int is_better(const end *a, const end *b)
 {
-    if (a.status != b.status) return a.status < b.status ? a : b;
-    return (a.status == GTM_TRIMMED ? b.value < a.value : b.violation < a.violation) ? b : a;
+    if (a->status != b->status) return a->status < b->status;
+    if (a->status == GTM_TRIMMED) return a->value < b->value;
+    return a->violation < b->violation;
 }
 
 /* The end over one piece of the rudder's range. */
@@ -122,8 +123,8 @@ static end search_piece(const gtm_problem *p, const double *lower, const double 
     for (int round = 0, improves = 1; improves && round < NEAR_ROUNDS && best.status != GTM_NO_TRIM; round++) {
         n = starts_near(p, best.y, lower, upper, objective, starts);
         n = with_thrust_apart(p, n, starts);
-        const end before = best;
-        best = better(before, search(p, lower, upper, objective, n, starts));
+        const end before = best, found = search(p, lower, upper, objective, n, starts);
+        if (is_better(&found, &best)) best = found;
         improves = best.status != before.status || fabs(best.value - before.value) > 1e-6 * fabs(before.value);
     }
     return best;
@@ -141,7 +142,8 @@ int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper,
     for (int k = 0; k < pieces; k++) {
         low[RUDDER] = border[k];
         high[RUDDER] = border[k + 1];
-        best = better(best, search_piece(p, low, high, objective));
+        const end found = search_piece(p, low, high, objective);
+        if (is_better(&found, &best)) best = found;
     }
     *violation = best.violation;
     if (best.status != GTM_NO_TRIM) memcpy(y, best.y, row);

@@ -11,6 +11,30 @@
 
 enum { MOST_FAILURES = 2, GIVEN_UP = 255, MOST_NEIGHBOURS = 5 };
 
+static const int rudder_held[3] = {V, PSI_DOT, RUDDER}, beta_held[3] = {V, PSI_DOT, BETA};
+
+/* The bounds of one cell of the grid, which hold V and psi_dot. */
+typedef struct {
+    double lower[GTM_MOST_UNKNOWNS], upper[GTM_MOST_UNKNOWNS];
+} cell_bounds;
+
+static cell_bounds bounds_at(const gtm_problem *p, const double *lower, const double *upper, double speed, double rate)
+{
+    const size_t row = sizeof *lower * (size_t)p->unknowns;
+    cell_bounds b;
+    memcpy(b.lower, lower, row);
+    memcpy(b.upper, upper, row);
+    b.lower[V] = b.upper[V] = speed;
+    b.lower[PSI_DOT] = b.upper[PSI_DOT] = rate;
+    return b;
+}
+
+/* Newton to a trim inside the bounds. */
+static int finds_inside(const gtm_problem *p, double *y, const int held[3], const cell_bounds *b)
+{
+    return !gtm_newton(p, y, held) && gtm_violation(p, y, b->lower, b->upper) <= gtm_rounding;
+}
+
 /* Whether |beta| grows when the rudder leaves its bound: then the trim y, held there, has the least sideslip. */
 static int is_least_sideslip(const gtm_problem *p, const double *y, const double *lower)
 {
@@ -22,51 +46,58 @@ static int is_least_sideslip(const gtm_problem *p, const double *y, const double
         slope[row] = -J[row * p->unknowns + RUDDER];
     }
     if (gtm_solve(GTM_NF, A, slope)) return 0;
-    return slope[0] * (y[RUDDER] == lower[RUDDER] ? 1 : -1) * y[BETA] > 0;
+    const double inward = y[RUDDER] == lower[RUDDER] ? 1 : -1;
+    return slope[0] * inward * y[BETA] > 0;
+}
+
+/* Descents from two starts towards less sideslip of the first one's sign, then from beyond zero back to it. */
+static int descend_to_least_sideslip(const gtm_problem *p, cell_bounds b, const double *starts, double *y)
+{
+    static const int given[2] = {V, PSI_DOT};
+    const double sign = starts[BETA] < 0 ? -1 : 1;
+    double objective[GTM_MOST_UNKNOWNS] = {0}, beyond[GTM_MOST_UNKNOWNS], excess;
+    objective[BETA] = sign;
+    if (gtm_find_extreme(p, b.lower, b.upper, objective, 2, starts, y, &excess) != GTM_TRIMMED)
+        return gtm_scan_rudder(p, b.lower, b.upper, given, starts, y) != GTM_TRIMMED;
+    if (sign * y[BETA] < 0) {
+        memcpy(beyond, y, sizeof *y * (size_t)p->unknowns);
+        objective[BETA] = -sign;
+        if (sign > 0) b.upper[BETA] = 0;
+        else b.lower[BETA] = 0;
+        if (gtm_find_extreme(p, b.lower, b.upper, objective, 1, beyond, y, &excess) != GTM_TRIMMED) return 1;
+    }
+    gtm_join_throttles(p, b.lower, b.upper, y);
+    return 0;
 }
 
 /* The least |beta| trim at the V and psi_dot of y, from the neighbouring trim y; 0 when it lies inside the bounds. */
 static int trim_near(const gtm_problem *p, const double *lower, const double *upper, double *y)
 {
-    static const int held[2] = {V, PSI_DOT}, rudder_held[3] = {V, PSI_DOT, RUDDER}, beta_held[3] = {V, PSI_DOT, BETA};
     const size_t row = sizeof *y * (size_t)p->unknowns;
-    double held_lower[GTM_MOST_UNKNOWNS], held_upper[GTM_MOST_UNKNOWNS], starts[2 * GTM_MOST_UNKNOWNS], *second = starts + p->unknowns;
-    memcpy(held_lower, lower, row);
-    memcpy(held_upper, upper, row);
-    held_lower[V] = held_upper[V] = y[V];
-    held_lower[PSI_DOT] = held_upper[PSI_DOT] = y[PSI_DOT];
+    const cell_bounds b = bounds_at(p, lower, upper, y[V], y[PSI_DOT]);
+    double starts[2 * GTM_MOST_UNKNOWNS], *second = starts + p->unknowns;
     memcpy(starts, y, row);
-
     if (gtm_rudder_settles(p, lower, upper)) {
         y[RUDDER] = lower[RUDDER];
-        return gtm_newton(p, y, rudder_held) || gtm_violation(p, y, held_lower, held_upper) > gtm_rounding;
+        return !finds_inside(p, y, rudder_held, &b);
     }
+
     y[BETA] = 0;
-    const int without_slip = !gtm_newton(p, y, beta_held);
-    if (without_slip && gtm_violation(p, y, held_lower, held_upper) <= gtm_rounding) return 0;
-    memcpy(second, without_slip ? y : starts, row);
-    if (p->throttles == GTM_ONE_THROTTLE && without_slip && (y[RUDDER] < lower[RUDDER] || y[RUDDER] > upper[RUDDER])) {
+    const int is_straight = !gtm_newton(p, y, beta_held);
+    if (is_straight && gtm_violation(p, y, b.lower, b.upper) <= gtm_rounding) return 0;
+    memcpy(second, is_straight ? y : starts, row);
+
+    /* Where that asks for more rudder than there is, all that there is may give the least sideslip. */
+    const int is_short = y[RUDDER] < lower[RUDDER] || y[RUDDER] > upper[RUDDER];
+    if (p->throttles == GTM_ONE_THROTTLE && is_straight && is_short) {
         memcpy(y, starts, row);
         y[RUDDER] = second[RUDDER] < lower[RUDDER] ? lower[RUDDER] : upper[RUDDER];
-        if (!gtm_newton(p, y, rudder_held) && gtm_violation(p, y, held_lower, held_upper) <= gtm_rounding &&
-            is_least_sideslip(p, y, lower))
-            return 0;
+        if (finds_inside(p, y, rudder_held, &b) && is_least_sideslip(p, y, lower)) return 0;
     }
-    /* Towards less sideslip of the neighbour's sign, then from beyond zero back to it. */
-    double objective[GTM_MOST_UNKNOWNS] = {0}, excess;
-    const double sign = objective[BETA] = starts[BETA] < 0 ? -1 : 1;
-    if (gtm_find_extreme(p, held_lower, held_upper, objective, 2, starts, y, &excess) != GTM_TRIMMED)
-        return gtm_scan_rudder(p, held_lower, held_upper, held, starts, y) != GTM_TRIMMED;
-    if (sign * y[BETA] < 0) {
-        memcpy(starts, y, row);
-        objective[BETA] = -sign;
-        (sign > 0 ? held_upper : held_lower)[BETA] = 0;
-        if (gtm_find_extreme(p, held_lower, held_upper, objective, 1, starts, y, &excess) != GTM_TRIMMED) return 1;
-    }
-    gtm_join_throttles(p, held_lower, held_upper, y);
-    return 0;
+    return descend_to_least_sideslip(p, b, starts, y);
 }
 
+/* What a grid is filled with, and the cells whose neighbours are next, first in first out. */
 typedef struct {
     const gtm_problem *problem;
     const double *lower, *upper, *speed, *rate;
@@ -109,13 +140,11 @@ static void try_enclosed(flood *f)
                 for (long b = j > 0 ? j - 1 : 0; b <= j + 1 && b < f->rates; b++)
                     neighbours += f->feasible[a * f->rates + b];
             if (neighbours < MOST_NEIGHBOURS) continue;
-            double lower[GTM_MOST_UNKNOWNS], upper[GTM_MOST_UNKNOWNS], y[GTM_MOST_UNKNOWNS], residual, violation;
-            memcpy(lower, f->lower, sizeof *lower * (size_t)f->problem->unknowns);
-            memcpy(upper, f->upper, sizeof *upper * (size_t)f->problem->unknowns);
-            lower[V] = upper[V] = f->speed[i];
-            lower[PSI_DOT] = upper[PSI_DOT] = f->rate[j];
+            const cell_bounds b = bounds_at(f->problem, f->lower, f->upper, f->speed[i], f->rate[j]);
+            double y[GTM_MOST_UNKNOWNS], residual, violation;
             f->failures[cell] = GIVEN_UP;
-            if (gtm_find_trim(f->problem, lower, upper, y, &residual, &violation) == GTM_TRIMMED) settle(f, cell, y);
+            if (gtm_find_trim(f->problem, b.lower, b.upper, y, &residual, &violation) == GTM_TRIMMED)
+                settle(f, cell, y);
         }
 }
 

@@ -38,7 +38,10 @@ int gtm_linear_program(int d, int rows, const double *A, const double *b, const 
         int e = 0;
         for (int j = 0; j < d; j++) {
             value += row[j] * x[j];
-            if (fabs(row[j]) > largest) largest = fabs(row[j]), e = j;
+            if (fabs(row[j]) > largest) {
+                largest = fabs(row[j]);
+                e = j;
+            }
         }
         if (value <= b[i] + tolerance * (1 + fabs(b[i]))) continue;
         if (largest < tolerance) {

@@ -26,6 +26,43 @@ static void order_slopes(const gtm_problem *p, const double *J, int count, const
             slope[i][k] = J[i * p->unknowns + column[k]] * p->aircraft->scale[column[k]] * row_scale[i];
 }
 
+/* Gauss-Jordan elimination of A with complete pivoting: the six columns that follow come first, then the others, with
+   their share of each. `column` is put in this order, too; 1 when A is singular. */
+static int reduce(int columns, double A[GTM_NF][GTM_MOST_UNKNOWNS], int *column)
+{
+    for (int s = 0; s < GTM_NF; s++) {
+        int row = s, col = s;
+        for (int i = s; i < GTM_NF; i++)
+            for (int k = s; k < columns; k++)
+                if (fabs(A[i][k]) > fabs(A[row][col])) {
+                    row = i;
+                    col = k;
+                }
+        if (!(fabs(A[row][col]) > 1e-10)) return 1;
+        for (int k = 0; k < columns; k++) {
+            const double kept = A[s][k];
+            A[s][k] = A[row][k];
+            A[row][k] = kept;
+        }
+        for (int i = 0; i < GTM_NF; i++) {
+            const double kept = A[i][s];
+            A[i][s] = A[i][col];
+            A[i][col] = kept;
+        }
+        const int kept = column[s];
+        column[s] = column[col];
+        column[col] = kept;
+        const double inverse = 1 / A[s][s];
+        for (int k = s; k < columns; k++) A[s][k] *= inverse;
+        for (int i = 0; i < GTM_NF; i++) {
+            if (i == s) continue;
+            const double factor = A[i][s];
+            for (int k = s; k < columns; k++) A[i][k] -= factor * A[s][k];
+        }
+    }
+    return 0;
+}
+
 int gtm_tangent_at(const double *y, const gtm_problem *p, const int *is_free, const gtm_cell *c, const double *J,
                    gtm_tangent *out)
 {
@@ -40,33 +77,7 @@ int gtm_tangent_at(const double *y, const gtm_problem *p, const int *is_free, co
     for (int i = 0; i < n; i++)
         if (is_free[i]) column[free_count++] = i;
     order_slopes(p, J, free_count, column, A);
-    for (int s = 0; s < GTM_NF; s++) { /* elimination with complete pivoting */
-        int row = s, col = s;
-        for (int i = s; i < GTM_NF; i++)
-            for (int k = s; k < free_count; k++)
-                if (fabs(A[i][k]) > fabs(A[row][col])) row = i, col = k;
-        if (!(fabs(A[row][col]) > 1e-10)) return 1;
-        for (int k = 0; k < free_count; k++) {
-            const double kept = A[s][k];
-            A[s][k] = A[row][k];
-            A[row][k] = kept;
-        }
-        for (int i = 0; i < GTM_NF; i++) {
-            const double kept = A[i][s];
-            A[i][s] = A[i][col];
-            A[i][col] = kept;
-        }
-        const int kept = column[s];
-        column[s] = column[col];
-        column[col] = kept;
-        const double inverse = 1 / A[s][s];
-        for (int k = s; k < free_count; k++) A[s][k] *= inverse;
-        for (int i = 0; i < GTM_NF; i++) {
-            if (i == s) continue;
-            const double factor = A[i][s];
-            for (int k = s; k < free_count; k++) A[i][k] -= factor * A[s][k];
-        }
-    }
+    if (reduce(free_count, A, column)) return 1;
     order_slopes(p, J, free_count, column, out->slope);
     memset(out->direction, 0, sizeof out->direction);
     out->count = free_count - GTM_NF;

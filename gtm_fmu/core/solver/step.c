@@ -57,7 +57,10 @@ int gtm_linear_step(const gtm_linear_model *l, double *x)
 {
     const int m = l->dimension - 1;
     double low[GTM_MOST_X], high[GTM_MOST_X];
-    for (int j = 0; j < m; j++) low[j] = -l->radius, high[j] = l->radius;
+    for (int j = 0; j < m; j++) {
+        low[j] = -l->radius;
+        high[j] = l->radius;
+    }
     low[m] = 0;
     high[m] = l->violation;
     return gtm_linear_program(l->dimension, l->rows, l->A, l->b, l->price, low, high, x);
@@ -108,7 +111,10 @@ static void face_at(const gtm_linear_model *l, const double *x, face *f)
         int e = -1;
         double largest = 1e-7;
         for (int j = 0; j < d; j++)
-            if (!is_pivot[j] && fabs(next[j]) > largest) largest = fabs(next[j]), e = j;
+            if (!is_pivot[j] && fabs(next[j]) > largest) {
+                largest = fabs(next[j]);
+                e = j;
+            }
         if (e < 0) continue;
         const double inverse = 1 / next[e];
         for (int j = 0; j <= d; j++) next[j] *= inverse;
