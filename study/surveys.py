@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from gtm_fmu.airframe.names import CONTROLS
+from gtm_fmu.core import solver
 from gtm_fmu.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_fmu.failures import ControlLimits, Failure
@@ -120,7 +121,7 @@ def feasibility_map(
 
 
 def _is_feasible(condition: FlightCondition) -> bool:
-    if len(condition.failure.controls) > len(CONTROLS):  # two throttles have no least one
+    if condition.failure.airframe.throttles == solver.TWO_THROTTLES:  # which have no least one
         return condition.envelope().feasible
     t_min = condition.least_throttle()
     return t_min is not None and bool(t_min <= condition.failure.upper[-1] + _HELD_PCT)

@@ -41,8 +41,8 @@ GTM_API int gtm_envelope_end(const gtm_configuration *c, int throttles, double a
                              double *violation);
 
 /* The pieces of a range of the rudder in deg that gtm_envelope_end searches, each on its own: the k-th from border[k] to
-   border[k + 1]. Returns their number. */
-GTM_API int gtm_rudder_pieces(double lower, double upper, double border[GTM_MOST_PIECES + 1]);
+   border[k + 1]. Returns their number; there is room for `most`, the last of which is what is left. */
+GTM_API int gtm_rudder_pieces(double lower, double upper, int most, double *border);
 
 /* Trims (least |beta|) on a grid of speeds and turn rates, both rising: cells connected by a flood to the n seeds (rows
    of y). Fills feasible[speeds*rates] and, where feasible, y[speeds*rates*unknowns]; returns their number, -1 without

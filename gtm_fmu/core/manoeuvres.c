@@ -64,10 +64,10 @@ int gtm_envelope_end(const gtm_configuration *c, int throttles, double altitude,
     return gtm_find_end(&flight.problem, b.lower, b.upper, objective, best, violation);
 }
 
-int gtm_rudder_pieces(double lower, double upper, double border[GTM_MOST_PIECES + 1])
+int gtm_rudder_pieces(double lower, double upper, int most, double *border)
 {
     const gtm_flight flight = gtm_flight_at(0, GTM_ONE_THROTTLE, 0, 0);
-    return gtm_pieces(&flight.problem, lower, upper, border);
+    return gtm_pieces(&flight.problem, lower, upper, most, border);
 }
 
 long gtm_grid(const gtm_configuration *c, int throttles, double altitude, double gamma, const double *lower,

@@ -21,8 +21,6 @@ ONE_THROTTLE, TWO_THROTTLES = 1, 2
 TRIMMED, OUTSIDE, NO_TRIM = 0, 1, 2
 """F = 0 inside the bounds; F = 0 only outside of them; F = 0 nowhere found (``enum gtm_trim_status``)."""
 
-_MOST_PIECES = 64  # GTM_MOST_PIECES of solver/terms.h
-
 
 class Airframe(NamedTuple):
     """What is trimmed: a configuration, or the study's (None), which the core knows best; and how many throttles."""
@@ -161,8 +159,9 @@ def envelope_end(altitude: float, gamma: float, lower, upper, objective, airfram
 
 def rudder_pieces(lower: float, upper: float) -> list[tuple[float, float]]:
     """The pieces in which `envelope_end` searches a range of the rudder in deg; the best of their ends is its own."""
-    border = (ctypes.c_double * (_MOST_PIECES + 1))()
-    count = library().gtm_rudder_pieces(ctypes.c_double(lower), ctypes.c_double(upper), border)
+    most = 64
+    border = (ctypes.c_double * (most + 1))()
+    count = library().gtm_rudder_pieces(ctypes.c_double(lower), ctypes.c_double(upper), ctypes.c_int(most), border)
     return list(pairwise(border[: count + 1]))
 
 

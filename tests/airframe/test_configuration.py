@@ -11,7 +11,7 @@ from gtm_fmu.airframe.configuration import RANGES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.names import OUTPUTS, STATES, TWO_THROTTLE_CONTROLS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.airframe.surfaces import ALLOCATION, COMMANDED, FLAPS, SIGNALS, SPOILERS
-from gtm_fmu.core import configuration as full
+from gtm_fmu.core import configuration as configured
 from gtm_fmu.core import motion
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.library import library
@@ -91,14 +91,14 @@ def random_manoeuvres(count, seed):
 
 @pytest.mark.parametrize("case", spec_values.POINT_A_DAMAGED)
 def test_damage_at_point_a(case):
-    dx = full.derivatives(POINT_A.x, apart(POINT_A.u), Configuration(damage_case=case))
+    dx = configured.derivatives(POINT_A.x, apart(POINT_A.u), Configuration(damage_case=case))
     assert_all_as_printed(dx[:6], spec_values.POINT_A_DAMAGED[case])
 
 
 @pytest.mark.parametrize("case", spec_values.POINT_C_ACCELERATIONS)
 def test_accelerations_at_point_c(case):
     u = [7, 8, 9, POINT_C.bus["THROTL"], POINT_C.bus["THROTR"]]  # the first three move nothing
-    dx = full.derivatives(POINT_C.x, u, point_c(case))
+    dx = configured.derivatives(POINT_C.x, u, point_c(case))
     assert_all_as_printed(dx[:6], spec_values.POINT_C_ACCELERATIONS[case])
 
 
@@ -111,8 +111,8 @@ def test_mass_at_point_c():
 
 def test_wind_at_point_c():
     """The second component is printed with its last digit rounded twice (see the plain model's test)."""
-    assert_all_as_printed(full.wind_body(POINT_C.x, point_c(0)), spec_values.POINT_C_WIND_BODY)
-    steady = full.wind_body(POINT_C.x, replace(point_c(0), gust_ft_s=(0, 0, 0)))
+    assert_all_as_printed(configured.wind_body(POINT_C.x, point_c(0)), spec_values.POINT_C_WIND_BODY)
+    steady = configured.wind_body(POINT_C.x, replace(point_c(0), gust_ft_s=(0, 0, 0)))
     gain = np.linalg.norm(steady) / np.linalg.norm(POINT_C.wind[:3])
     assert_as_printed(gain, spec_values.POINT_C_SHEAR_GAIN)
 
@@ -130,22 +130,22 @@ def test_the_default_configuration_is_the_study(stabilizer_deg):
     x[:20, STATES.index("v")] = 0  # beta = 0, a breakpoint
     u[:60, :3] = np.round(u[:60, :3], -1)  # breakpoints of every surface, 0 too
     for name in ("jacobian", "outputs_jacobian"):
-        value, slopes = getattr(full, name)(x, apart(u), configuration)
+        value, slopes = getattr(configured, name)(x, apart(u), configuration)
         expected, expected_slopes = getattr(motion, name)(x, u)
         both = np.concatenate([slopes[..., :-2], slopes[..., -2:].sum(axis=-1, keepdims=True)], axis=-1)
         assert_agrees(value, expected, 1e-12)
         assert_agrees(both, expected_slopes, 1e-12)
-    assert_agrees(full.derivatives(x, apart(u), configuration), motion.derivatives(x, u), 1e-12)
-    assert_agrees(full.outputs(x, apart(u), configuration), motion.outputs(x, u), 1e-12)
+    assert_agrees(configured.derivatives(x, apart(u), configuration), motion.derivatives(x, u), 1e-12)
+    assert_agrees(configured.outputs(x, apart(u), configuration), motion.outputs(x, u), 1e-12)
 
 
 def test_the_default_of_the_core_is_the_default_of_the_binding():
     size = library().gtm_configuration_size()
     default = ctypes.create_string_buffer(size)
     library().gtm_study_configuration(default)
-    struct = full._struct(Configuration())
+    struct = configured._struct(Configuration())
     for field in fields(Configuration):
-        expected, value = (getattr(each, field.name) for each in (struct, full._Struct.from_buffer(default)))
+        expected, value = (getattr(each, field.name) for each in (struct, configured._Struct.from_buffer(default)))
         assert np.array_equal(expected, value), field.name
 
 
@@ -153,9 +153,9 @@ def test_a_trim_of_the_study_takes_the_folded_tables():
     """Accelerations of the study's own core at the state of the manoeuvre."""
     altitude, gamma, y = random_manoeuvres(300, seed=25)
     y[:, -1] = y[:, -2]
-    F = full.trim_residual(y, altitude, gamma, Configuration())
+    F = configured.trim_residual(y, altitude, gamma, Configuration())
     for row, *at in zip(F, altitude, gamma, y, strict=True):
-        x, u = full.trim_state(*at, Configuration())
+        x, u = configured.trim_state(*at, Configuration())
         np.testing.assert_allclose(row, motion.derivatives(x, u[:4])[:6], rtol=1e-11, atol=1e-11)
 
 
@@ -164,23 +164,23 @@ def test_trim_residuals_are_accelerations_relative_to_the_air(name):
     """Velocity relative to the air is (u, v, w) - w_b, and a steady wind turns in body axes: dw_b/dt = -omega x w_b."""
     configuration = SETTINGS[name]
     altitude, gamma, y = random_manoeuvres(50, seed=26)
-    F = full.trim_residual(y, altitude, gamma, configuration)
+    F = configured.trim_residual(y, altitude, gamma, configuration)
     for row, *at in zip(F, altitude, gamma, y, strict=True):
-        x, u = full.trim_state(*at, configuration)
-        outputs = dict(zip(OUTPUTS, full.outputs(x, u, configuration), strict=True))
+        x, u = configured.trim_state(*at, configuration)
+        outputs = dict(zip(OUTPUTS, configured.outputs(x, u, configuration), strict=True))
         assert outputs["tas"] == pytest.approx(at[2][0] * 0.592487)
         assert outputs["alpha"] == pytest.approx(np.degrees(at[2][1]), abs=1e-9)
-        dx = full.derivatives(x, u, configuration)[:6]
-        dx[:3] += np.cross(x[3:6], full.wind_body(x, configuration))
+        dx = configured.derivatives(x, u, configuration)[:6]
+        dx[:3] += np.cross(x[3:6], configured.wind_body(x, configuration))
         np.testing.assert_allclose(row, dx, rtol=1e-10, atol=1e-10)
 
 
 def test_a_trim_state_in_still_air_flies_along_gamma():
     altitude, gamma, y = 5000.0, 0.05, np.array([180, 0.05, 0.02, 0.1, 0.2, 1, 2, 3, 40, 60])
-    x, u = full.trim_state(altitude, gamma, y, Configuration(damage_case=4))
-    outputs = dict(zip(OUTPUTS, full.outputs(x, u, Configuration(damage_case=4)), strict=True))
+    x, u = configured.trim_state(altitude, gamma, y, Configuration(damage_case=4))
+    outputs = dict(zip(OUTPUTS, configured.outputs(x, u, Configuration(damage_case=4)), strict=True))
     assert outputs["gamma"] == pytest.approx(np.degrees(gamma), abs=1e-9)
-    dx = full.derivatives(x, u, Configuration(damage_case=4))
+    dx = configured.derivatives(x, u, Configuration(damage_case=4))
     np.testing.assert_allclose(dx[[9, 10, 11]], [0, 0, 0.1], atol=1e-14)  # phi, theta constant; psi_dot as given
     np.testing.assert_array_equal(u, y[5:])
 
@@ -198,32 +198,32 @@ def test_gains_and_offsets_move_each_surface(case):
             for name in COMMANDED
         ]
         jammed = replace(moving, surface_gain=(0,) * 8, surface_offset_deg=tuple(gain * commands + offset))
-        expected = full.derivatives(row, controls, jammed)
-        assert_agrees(full.derivatives(row, controls, moving), expected, 1e-12)
+        expected = configured.derivatives(row, controls, jammed)
+        assert_agrees(configured.derivatives(row, controls, moving), expected, 1e-12)
 
 
 def test_lost_surfaces_do_nothing():
     """The rudder is gone in cases 1 and 2; in case 4 only the right aileron rolls, so about half as well."""
     x, u = random_points(50, seed=28)
-    slopes = {case: full.jacobian(x, apart(u), Configuration(damage_case=case))[1] for case in range(7)}
+    slopes = {case: configured.jacobian(x, apart(u), Configuration(damage_case=case))[1] for case in range(7)}
     rudder, aileron = (ELEVATOR + TWO_THROTTLE_CONTROLS.index(name) for name in ("rudder", "aileron"))
     for case in range(7):
         assert np.any(slopes[case][:, :6, rudder]) == (case not in (1, 2))
     x, u = POINT_A.x, apart(np.zeros(4))
-    roll = [full.jacobian(x, u, Configuration(damage_case=case))[1][3, aileron] for case in (0, 4)]
+    roll = [configured.jacobian(x, u, Configuration(damage_case=case))[1][3, aileron] for case in (0, 4)]
     assert 0.3 < roll[1] / roll[0] < 0.8
 
 
 @pytest.mark.parametrize("running", [(True, True), (False, True), (True, False), (False, False)])
 def test_an_engine_that_is_off_gives_nothing(running):
     u, configuration = [0, 0, 0, 80, 60], Configuration(engine_running=running)
-    outputs = full.outputs(POINT_A.x, u, configuration)
+    outputs = configured.outputs(POINT_A.x, u, configuration)
     values = dict(zip(OUTPUTS, outputs, strict=True))
     for on, side in zip(running, ("left", "right"), strict=True):
         assert (values[f"thrust_{side}"] > 1) == (values[f"rotor_speed_{side}"] > 50) == on
         assert on or values[f"thrust_{side}"] == values[f"rotor_speed_{side}"] == 0
     assert (
-        np.any(full.jacobian(POINT_A.x, [0, 0, 0, 80, 60], Configuration(engine_running=running))[1][:6, 15])
+        np.any(configured.jacobian(POINT_A.x, [0, 0, 0, 80, 60], Configuration(engine_running=running))[1][:6, 15])
         == running[0]
     )
 
@@ -232,9 +232,9 @@ def test_faults_are_those_of_the_motion_relative_to_the_air():
     x = POINT_A.x.copy()
     x[[1, 2, 9, 10, 11]] = 0.0
     tail = Configuration(wind_ft_s=(150, 0, 0), has_shear=False)
-    assert full.state_fault(x, tail) == 2
-    assert full.state_fault(x, Configuration()) == 0
-    assert full.state_fault(np.where(np.arange(12) == 10, np.pi / 2, x), Configuration()) == 4
+    assert configured.state_fault(x, tail) == 2
+    assert configured.state_fault(x, Configuration()) == 0
+    assert configured.state_fault(np.where(np.arange(12) == 10, np.pi / 2, x), Configuration()) == 4
 
 
 def test_a_configuration_is_a_value():
@@ -243,7 +243,9 @@ def test_a_configuration_is_a_value():
     assert again == configuration
     assert hash(again) == hash(configuration)
     x, u = random_points(5, seed=29)
-    np.testing.assert_array_equal(full.derivatives(x, apart(u), again), full.derivatives(x, apart(u), configuration))
+    np.testing.assert_array_equal(
+        configured.derivatives(x, apart(u), again), configured.derivatives(x, apart(u), configuration)
+    )
 
 
 @pytest.mark.parametrize("name", RANGES)
@@ -283,14 +285,14 @@ def test_values_of_the_wrong_kind_are_refused(name, value, wanted):
 def test_arrays_of_any_leading_shape():
     x, u = random_points(24, seed=30)
     u, configuration = apart(u), SETTINGS["damage 2"]
-    flat = full.jacobian(x, u, configuration)[1]
-    shaped = full.jacobian(x.reshape(2, 3, 4, 12), u.reshape(2, 3, 4, 5), configuration)[1]
+    flat = configured.jacobian(x, u, configuration)[1]
+    shaped = configured.jacobian(x.reshape(2, 3, 4, 12), u.reshape(2, 3, 4, 5), configuration)[1]
     np.testing.assert_array_equal(shaped.reshape(flat.shape), flat)
     np.testing.assert_array_equal(
-        full.derivatives(x, u[0], configuration)[7], full.derivatives(x[7], u[0], configuration)
+        configured.derivatives(x, u[0], configuration)[7], configured.derivatives(x[7], u[0], configuration)
     )
     with pytest.raises(ValueError, match="u has shape"):
-        full.derivatives(x, u[:, :4], configuration)
+        configured.derivatives(x, u[:, :4], configuration)
     assert len(TWO_THROTTLE_UNKNOWNS) == 10
     with pytest.raises(ValueError, match="y has shape"):
-        full.trim_residual(np.zeros(9), 0.0, 0.0, configuration)
+        configured.trim_residual(np.zeros(9), 0.0, 0.0, configuration)

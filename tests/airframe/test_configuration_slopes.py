@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gtm_fmu.airframe.names import STATES, TWO_THROTTLE_CONTROLS
-from gtm_fmu.core import configuration as full
+from gtm_fmu.core import configuration as configured
 from gtm_fmu.core.configuration import Configuration
 from tests.airframe.test_configuration import SETTINGS, assert_agrees, random_manoeuvres
 from tests.airframe.test_core_against_plain_model import random_points
@@ -38,7 +38,10 @@ def test_jacobians_are_differences(name):
     x, u = random_points(150, seed=22, theta_limit_deg=60)
     z = np.hstack([x, u, np.random.default_rng(23).uniform(0, 100, (150, 1))])
     z[::2, STATES.index("altitude")] *= 0.02  # half of them where the wind grows with height
-    for function, jacobian in ((full.derivatives, full.jacobian), (full.outputs, full.outputs_jacobian)):
+    for function, jacobian in (
+        (configured.derivatives, configured.jacobian),
+        (configured.outputs, configured.outputs_jacobian),
+    ):
         value, slopes = jacobian(z[:, :12], z[:, 12:], configuration)
         assert_agrees(value, function(z[:, :12], z[:, 12:], configuration), 1e-13)
         assert_slopes_are_differences(
@@ -49,10 +52,10 @@ def test_jacobians_are_differences(name):
 @pytest.mark.parametrize("name", SETTINGS)
 def test_trim_jacobians_are_differences(name):
     altitude, gamma, y = random_manoeuvres(150, seed=24)
-    F, slopes = full.trim_jacobian(y, altitude, gamma, SETTINGS[name])
-    assert_agrees(F, full.trim_residual(y, altitude, gamma, SETTINGS[name]), 1e-13)
+    F, slopes = configured.trim_jacobian(y, altitude, gamma, SETTINGS[name])
+    assert_agrees(F, configured.trim_residual(y, altitude, gamma, SETTINGS[name]), 1e-13)
     assert_slopes_are_differences(
-        lambda at: full.trim_residual(at, altitude, gamma, SETTINGS[name]), slopes, y, TRIM_STEPS
+        lambda at: configured.trim_residual(at, altitude, gamma, SETTINGS[name]), slopes, y, TRIM_STEPS
     )
 
 
@@ -67,7 +70,7 @@ def test_slopes_at_a_breakpoint_are_those_above(case, control, breakpoint_):
     u, column = np.array([-2.0, 3, 5, 50, 50]), TWO_THROTTLE_CONTROLS.index(control)
     slopes = []
     for u[column] in (breakpoint_, breakpoint_ + 1e-7, breakpoint_ - 1e-7):
-        slopes.append(full.jacobian(POINT_A.x, u, configuration)[1][:6, len(STATES) + column])
+        slopes.append(configured.jacobian(POINT_A.x, u, configuration)[1][:6, len(STATES) + column])
     at, above, below = slopes
     np.testing.assert_allclose(at, above, rtol=1e-5, atol=1e-7)
     is_lost = control == "rudder" and case in (1, 2)
@@ -81,7 +84,7 @@ def test_slopes_in_sideslip_at_a_breakpoint_are_those_above(case):
     x, u, v = POINT_A.x.copy(), np.array([-2.0, 3, 5, 50, 50]), STATES.index("v")
     slopes = []
     for x[v] in (0, 1e-6, -1e-6):
-        slopes.append(full.jacobian(x, u, configuration)[1][:6, v])
+        slopes.append(configured.jacobian(x, u, configuration)[1][:6, v])
     at, above, below = slopes
     np.testing.assert_allclose(at, above, rtol=1e-5, atol=1e-7)
     assert np.max(np.abs(at - below)) > 1e-3

@@ -403,14 +403,14 @@ class TestAbove:
         ],
     )
     def test_pieces_of_the_rudder_s_range(self, toy, lower, upper, borders):
-        found = (ctypes.c_double * 65)()
-        assert toy.toy_pieces(real(lower), real(upper), found) == len(borders) - 1
+        found = (ctypes.c_double * 7)()
+        assert toy.toy_pieces(real(lower), real(upper), 6, found) == len(borders) - 1
         assert found[: len(borders)] == borders
 
     def test_pieces_are_no_more_than_there_is_room_for(self, toy):
-        found = (ctypes.c_double * 65)()
-        assert toy.toy_pieces(real(-1e6), real(1e6), found) == 64
-        assert (found[0], found[64]) == (-1e6, 1e6)
+        found = (ctypes.c_double * 5)(*[7.0] * 5)
+        assert toy.toy_pieces(real(-1e6), real(1e6), 3, found) == 3
+        assert found[:] == [-1e6, -1e6 + 10, -1e6 + 20, 1e6, 7.0]
 
     def test_grid(self, toy):
         """A cell has a trim where throttle, alpha and bank allow it."""

@@ -176,9 +176,9 @@ int toy_end(const double *lower, const double *upper, const double *objective, d
     return gtm_find_end(&problem, lower, upper, objective, best, violation);
 }
 
-int toy_pieces(double lower, double upper, double *border)
+int toy_pieces(double lower, double upper, int most, double *border)
 {
-    return gtm_pieces(&problem, lower, upper, border);
+    return gtm_pieces(&problem, lower, upper, most, border);
 }
 
 long toy_grid(const double *lower, const double *upper, long speeds, const double *speed, long rates, const double *rate,

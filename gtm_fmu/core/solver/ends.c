@@ -6,19 +6,20 @@
 #include "solver/cold_start.h"
 #include "solver/descent.h"
 
-enum { MOST_FREE = 3, NEAR_BANKS = 4, NEAR_ROUNDS = 3 };
+enum { MOST_PIECES = 64, MOST_FREE = 3, NEAR_BANKS = 4, NEAR_ROUNDS = 3 };
 static const int starts_of[MOST_FREE + 1] = {1, 6, 16, 24}; /* with so many of speed, bank and deflection free */
 static const int of_steep = 3;                              /* times as many in steep descents, over more speeds */
 enum { MOST_SPREAD = 72, MOST_NEAR = 6 * NEAR_BANKS + GTM_BESIDE + 1 };
 
-int gtm_pieces(const gtm_problem *p, double lower, double upper, double border[GTM_MOST_PIECES + 1])
+int gtm_pieces(const gtm_problem *p, double lower, double upper, int most, double *border)
 {
     const double piece = p->aircraft->spacing.rudder_piece;
     int count = 0;
     border[0] = lower;
     do {
-        const int is_last = ++count == GTM_MOST_PIECES;
-        border[count] = is_last ? upper : fmin(piece * (floor(border[count - 1] / piece) + 1), upper);
+        const double next = piece * (floor(border[count] / piece) + 1);
+        count++;
+        border[count] = count < most ? fmin(next, upper) : upper;
     } while (border[count] < upper);
     return count;
 }
@@ -133,9 +134,9 @@ static end search_piece(const gtm_problem *p, const double *lower, const double 
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
                  double *violation)
 {
-    double low[GTM_MOST_UNKNOWNS], high[GTM_MOST_UNKNOWNS], border[GTM_MOST_PIECES + 1];
+    double low[GTM_MOST_UNKNOWNS], high[GTM_MOST_UNKNOWNS], border[MOST_PIECES + 1];
     const size_t row = sizeof *y * (size_t)p->unknowns;
-    const int pieces = gtm_pieces(p, lower[RUDDER], upper[RUDDER], border);
+    const int pieces = gtm_pieces(p, lower[RUDDER], upper[RUDDER], MOST_PIECES, border);
     end best = nothing;
     memcpy(low, lower, row);
     memcpy(high, upper, row);

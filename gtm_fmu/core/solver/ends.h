@@ -6,8 +6,9 @@
 
 #include "solver/problem.h"
 
-/* The pieces of a range of the rudder: the k-th from border[k] to border[k + 1]. Returns their number. */
-int gtm_pieces(const gtm_problem *p, double lower, double upper, double border[GTM_MOST_PIECES + 1]);
+/* The pieces of a range of the rudder, each between two of its breakpoints: the k-th from border[k] to border[k + 1].
+   Returns their number; there is room for `most`, the last of which is what is left. */
+int gtm_pieces(const gtm_problem *p, double lower, double upper, int most, double *border);
 
 /* The point of least objective.y inside the bounds; without one, `violation` says how far away the best is. */
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *best,

@@ -11,7 +11,4 @@ enum gtm_trim_status {
     GTM_NO_TRIM = 2    /* no y with F(y) = 0 was found */
 };
 
-/* At most, of a range of the rudder. */
-enum { GTM_MOST_PIECES = 64 };
-
 #endif
