@@ -14,49 +14,49 @@
 /* Typical size of each unknown; the solvers work in y / scale, and violations are in these units. */
 extern GTM_API const double gtm_scale[GTM_TWO_THROTTLE_NT];
 
-/* n trims with the least |beta|, whose bounds (rows) hold two or three of V, psi_dot, phi, alpha and beta; where three are
-   held, or two and the rudder, there is no choice. Without a trim, `violation` (scaled units, 0 inside the bounds) and
-   `residual` (largest acceleration) say how far away y is.
-   Of trims with two throttles and no sideslip, the one with the least difference between them is taken. */
-GTM_API void gtm_trims(const gtm_configuration *c, int throttles, long n, const double *altitude, const double *gamma,
-                       const double *lower, const double *upper, double *y, double *residual, double *violation,
-                       int *status);
+/* n trims with the least |beta|, whose bounds (rows) hold two or three of V, psi_dot, phi, alpha and beta; where three
+   are held, or two and the rudder, there is no choice. Without a trim, `violation` (scaled units, 0 inside the bounds)
+   and `residual` (largest acceleration) say how far away y is. Of trims with two throttles and no sideslip, the one
+   with the least difference between them is taken. */
+GTM_API void gtm_trims(const gtm_configuration *c, enum gtm_throttles throttles, long n, const double *altitude,
+                       const double *gamma, const double *lower, const double *upper, double *y, double *residual,
+                       double *violation, int *status);
 
 /* Cold trims with V, phi and rudder held, one for each of n rows of held (V, phi, rudder); returns how many converged;
    their y are packed at the front. Bounds are not looked at. */
-GTM_API long gtm_cold_starts(const gtm_configuration *c, int throttles, double altitude, double gamma, long n,
-                             const double *held, double *y);
+GTM_API long gtm_cold_starts(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                             long n, const double *held, double *y);
 
 /* The point of least objective.y inside the bounds, by sequential linear programming from each of n starts (rows of
    y; a start should be near F = 0). The best is left in `best`; without one inside the bounds, `violation` says how far
    away it is. */
-GTM_API int gtm_extreme(const gtm_configuration *c, int throttles, double altitude, double gamma, const double *lower,
-                        const double *upper, const double *objective, long n, const double *starts, double *best,
-                        double *violation);
+GTM_API int gtm_extreme(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                        const double *lower, const double *upper, const double *objective, long n, const double *starts,
+                        double *best, double *violation);
 
-/* The same from starts of its own, for V_min, V_max or the least throttle: over each piece of the rudder's range, and then
-   about the best. */
-GTM_API int gtm_envelope_end(const gtm_configuration *c, int throttles, double altitude, double gamma,
+/* The same from starts of its own, for V_min, V_max or the least throttle: over each piece of the rudder's range, and
+   then about the best. */
+GTM_API int gtm_envelope_end(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
                              const double *lower, const double *upper, const double *objective, double *best,
                              double *violation);
 
-/* The pieces of a range of the rudder in deg that gtm_envelope_end searches, each on its own: the k-th from border[k] to
-   border[k + 1]. Returns their number; there is room for `most`, the last of which is what is left. */
+/* The pieces of a range of the rudder in deg that gtm_envelope_end searches, each on its own: the k-th from border[k]
+   to border[k + 1]. Returns their number, at most `most`: then the last one reaches to the end. */
 GTM_API int gtm_rudder_pieces(double lower, double upper, int most, double *border);
 
 /* Trims (least |beta|) on a grid of speeds and turn rates, both rising: cells connected by a flood to the n seeds (rows
    of y). Fills feasible[speeds*rates] and, where feasible, y[speeds*rates*unknowns]; returns their number, -1 without
    memory. */
-GTM_API long gtm_grid(const gtm_configuration *c, int throttles, double altitude, double gamma, const double *lower,
-                      const double *upper, long speeds, const double *speed, long rates, const double *rate, long n,
-                      const double *seeds, unsigned char *feasible, double *y);
+GTM_API long gtm_grid(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                      const double *lower, const double *upper, long speeds, const double *speed, long rates,
+                      const double *rate, long n, const double *seeds, unsigned char *feasible, double *y);
 
 /* Which unknowns are controls that move nothing. */
 GTM_API void gtm_dead_controls(const gtm_configuration *c, unsigned char is_dead[GTM_TWO_THROTTLE_NT]);
 
-/* Which unknowns of n rows of y lie on a breakpoint of a table, where slopes have two sides; psi_dot does where it is 0,
-   as every rate then is. */
-GTM_API void gtm_on_breakpoints(const gtm_configuration *c, int throttles, long n, const double *y,
+/* Which unknowns of n rows of y lie on a breakpoint of a table, where slopes have two sides; psi_dot does where it is
+   0, as every rate then is. */
+GTM_API void gtm_on_breakpoints(const gtm_configuration *c, enum gtm_throttles throttles, long n, const double *y,
                                 unsigned char *is_on);
 
 /* States x[12] (latitude, longitude and psi zero) and controls u[4] of n steady manoeuvres y (rows) of the study's
@@ -64,7 +64,7 @@ GTM_API void gtm_on_breakpoints(const gtm_configuration *c, int throttles, long 
 GTM_API void gtm_trim_states(double altitude, double gamma, long n, const double *y, double *x, double *u);
 
 /* The same of a configuration: the velocity is inertial, so with the wind, and the controls are u[5]. */
-GTM_API void gtm_configured_trim_states(const gtm_configuration *c, int throttles, double altitude, double gamma,
-                                        long n, const double *y, double *x, double *u);
+GTM_API void gtm_configured_trim_states(const gtm_configuration *c, enum gtm_throttles throttles, double altitude,
+                                        double gamma, long n, const double *y, double *x, double *u);
 
 #endif

@@ -51,8 +51,8 @@ typedef struct {
     double oldest, records;                 /* which of the ring, and how many */
 } gtm_actuators;
 
-/* What is remembered; all zero before the first step. Commands are kept in a ring, a change each, from the oldest on. The
-   two that a step may add go to free places, so that a step is undone by its actuators alone. */
+/* What is remembered; all zero before the first step. Commands are kept in a ring, a change each, from the oldest on.
+   The two that a step may add go to free places, so that a step is undone by its actuators alone. */
 enum { GTM_RING = GTM_RECORDS + 2 };
 typedef struct {
     gtm_actuators now;

@@ -7,6 +7,7 @@
 #include "generated/constants.h"
 #include "gtm/configured_motion.h"
 #include "gtm/configured_table.h"
+#include "gtm_manoeuvres.h"
 
 typedef const double *arguments[];
 typedef double *results[];

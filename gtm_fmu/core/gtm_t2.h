@@ -6,10 +6,7 @@
 #include "gtm_configuration.h"
 #include "solver/problem.h"
 
-/* Typical size of each unknown. */
-extern GTM_API const double gtm_scale[GTM_MOST_UNKNOWNS];
-
-/* A flight condition. The solver's view of it comes first, for the solver hands that back to the aircraft's functions. */
+/* A flight condition. The solver's view of it comes first: the solver hands it back to the aircraft's functions. */
 typedef struct {
     gtm_problem problem;
     gtm_condition at;

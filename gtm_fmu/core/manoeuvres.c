@@ -29,8 +29,9 @@ static bounds set_bounds(gtm_flight *flight, const double *lower, const double *
     return b;
 }
 
-void gtm_trims(const gtm_configuration *c, int throttles, long n, const double *altitude, const double *gamma,
-               const double *lower, const double *upper, double *y, double *residual, double *violation, int *status)
+void gtm_trims(const gtm_configuration *c, enum gtm_throttles throttles, long n, const double *altitude,
+               const double *gamma, const double *lower, const double *upper, double *y, double *residual,
+               double *violation, int *status)
 {
     for (long k = 0; k < n; k++) {
         gtm_flight flight = gtm_flight_at(c, throttles, altitude[k], gamma[k]);
@@ -40,24 +41,24 @@ void gtm_trims(const gtm_configuration *c, int throttles, long n, const double *
     }
 }
 
-long gtm_cold_starts(const gtm_configuration *c, int throttles, double altitude, double gamma, long n,
+long gtm_cold_starts(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma, long n,
                      const double *held, double *y)
 {
     const gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
     return gtm_find_starts(&flight.problem, n, held, y);
 }
 
-int gtm_extreme(const gtm_configuration *c, int throttles, double altitude, double gamma, const double *lower,
-                const double *upper, const double *objective, long n, const double *starts, double *best,
-                double *violation)
+int gtm_extreme(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                const double *lower, const double *upper, const double *objective, long n, const double *starts,
+                double *best, double *violation)
 {
     gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
     const bounds b = set_bounds(&flight, lower, upper);
     return gtm_find_extreme(&flight.problem, b.lower, b.upper, objective, n, starts, best, violation);
 }
 
-int gtm_envelope_end(const gtm_configuration *c, int throttles, double altitude, double gamma, const double *lower,
-                     const double *upper, const double *objective, double *best, double *violation)
+int gtm_envelope_end(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                     const double *lower, const double *upper, const double *objective, double *best, double *violation)
 {
     gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
     const bounds b = set_bounds(&flight, lower, upper);
@@ -70,9 +71,9 @@ int gtm_rudder_pieces(double lower, double upper, int most, double *border)
     return gtm_pieces(&flight.problem, lower, upper, most, border);
 }
 
-long gtm_grid(const gtm_configuration *c, int throttles, double altitude, double gamma, const double *lower,
-              const double *upper, long speeds, const double *speed, long rates, const double *rate, long n,
-              const double *seeds, unsigned char *feasible, double *y)
+long gtm_grid(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+              const double *lower, const double *upper, long speeds, const double *speed, long rates,
+              const double *rate, long n, const double *seeds, unsigned char *feasible, double *y)
 {
     gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
     const bounds b = set_bounds(&flight, lower, upper);
@@ -85,7 +86,8 @@ void gtm_dead_controls(const gtm_configuration *c, unsigned char is_dead[GTM_TWO
     memcpy(is_dead, flight.problem.is_dead, sizeof flight.problem.is_dead);
 }
 
-void gtm_on_breakpoints(const gtm_configuration *c, int throttles, long n, const double *y, unsigned char *is_on)
+void gtm_on_breakpoints(const gtm_configuration *c, enum gtm_throttles throttles, long n, const double *y,
+                        unsigned char *is_on)
 {
     const gtm_flight flight = gtm_flight_at(c, throttles, 0, 0);
     const int unknowns = flight.problem.unknowns;
@@ -100,8 +102,8 @@ void gtm_trim_states(double altitude, double gamma, long n, const double *y, dou
     }
 }
 
-void gtm_configured_trim_states(const gtm_configuration *c, int throttles, double altitude, double gamma, long n,
-                                const double *y, double *x, double *u)
+void gtm_configured_trim_states(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                                long n, const double *y, double *x, double *u)
 {
     const int unknowns = gtm_flight_at(c, throttles, altitude, gamma).problem.unknowns;
     double both[GTM_TWO_THROTTLE_NT];

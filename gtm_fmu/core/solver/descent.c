@@ -9,8 +9,8 @@ static const double tolerated = 1e-7; /* violation that the rounding of a descen
 static const double first_radius = 0.5, largest_radius = 4;
 enum { MOST_STEPS = 100 };
 
-/* When to stop: the promise and the radius, in scaled units, and the largest |F| of a point on the manifold. Every start
-   is followed roughly, the best to the end. */
+/* When to stop: the promise and the radius, in scaled units, and the largest |F| of a point on the manifold. Every
+   start is followed roughly, the best to the end. */
 typedef struct {
     double promise, radius, residual;
 } precision;
@@ -191,16 +191,16 @@ static void keep(const gtm_problem *p, optimum *kept, int *count, int most, cons
             memmove(kept + k, kept + k + 1, sizeof *kept * (size_t)(--*count - k));
             break;
         }
-    int place = *count;
-    while (place > 0 && is_better(found, kept + place - 1)) place--;
-    if (place == most) return;
+    int rank = *count;
+    while (rank > 0 && is_better(found, kept + rank - 1)) rank--;
+    if (rank == most) return;
     if (*count < most) ++*count;
-    memmove(kept + place + 1, kept + place, sizeof *kept * (size_t)(*count - 1 - place));
-    kept[place] = *found;
+    memmove(kept + rank + 1, kept + rank, sizeof *kept * (size_t)(*count - 1 - rank));
+    kept[rank] = *found;
 }
 
-/* Outside the bounds the objective still has its say against the price of the violation: bring the violation alone to its
-   least, and should that lead inside, go on with the objective from there. */
+/* Outside the bounds the objective still has its say against the price of the violation: bring the violation alone to
+   its least, and should that lead inside, go on with the objective from there. */
 static void exceed_least(gtm_search *s, optimum *o)
 {
     static const double none[GTM_MOST_UNKNOWNS] = {0};

@@ -14,8 +14,8 @@
 
 #include "solver/problem.h"
 
-/* The point of least objective.y inside the bounds, the best of descents from n starts (rows of y); `best` is left alone
-   where no start leads to the manifold. */
+/* The point of least objective.y inside the bounds, the best of descents from n starts (rows of y); `best` is left
+   alone where no start leads to the manifold. */
 int gtm_find_extreme(const gtm_problem *p, const double *lower, const double *upper, const double *objective, long n,
                      const double *starts, double *best, double *violation);
 

@@ -40,9 +40,9 @@ static long starts_over(const gtm_problem *p, int n, int is_crowded, const doubl
     return gtm_find_starts(p, n, held, starts);
 }
 
-/* Cold trims about an end y that was found: a little inside and beyond its speed over all banks, with its deflection and
-   those of the piece's ends; and at its bank with deflections beside its own, for there may be an optimum on either side
-   of a kink. */
+/* Cold trims about an end y that was found: a little inside and beyond its speed over all banks, with its deflection
+   and those of the piece's ends; and at its bank with deflections beside its own, for there may be an optimum on either
+   side of a kink. */
 static long starts_near(const gtm_problem *p, const double *y, const double *lower, const double *upper,
                         const double *objective, double *starts)
 {

@@ -1,13 +1,13 @@
-/* V_min and V_max of a flight condition under limits. Local optima are many: a range of the rudder is searched in pieces,
-   for optima lie on either side of its breakpoints, and each piece from many starts, first spread over all of it, then
-   about the best point found (another bank or deflection may do better). */
+/* V_min and V_max of a flight condition under limits. Local optima are many: a range of the rudder is searched in
+   pieces, for optima lie on either side of its breakpoints, and each piece from many starts, first spread over all of
+   it, then about the best point found (another bank or deflection may do better). */
 #ifndef GTM_ENDS_H
 #define GTM_ENDS_H
 
 #include "solver/problem.h"
 
 /* The pieces of a range of the rudder, each between two of its breakpoints: the k-th from border[k] to border[k + 1].
-   Returns their number; there is room for `most`, the last of which is what is left. */
+   Returns their number, at most `most`: then the last one reaches to the end. */
 int gtm_pieces(const gtm_problem *p, double lower, double upper, int most, double *border);
 
 /* The point of least objective.y inside the bounds; without one, `violation` says how far away the best is. */

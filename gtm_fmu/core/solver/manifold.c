@@ -66,7 +66,8 @@ static int reduce(int columns, double A[GTM_NF][GTM_MOST_UNKNOWNS], int *column)
 int gtm_tangent_at(const double *y, const gtm_problem *p, const int *is_free, const gtm_cell *c, const double *J,
                    gtm_tangent *out)
 {
-    double F[GTM_NF], J_within[GTM_NF * GTM_MOST_UNKNOWNS], A[GTM_NF][GTM_MOST_UNKNOWNS], within[GTM_MOST_UNKNOWNS] = {0};
+    double F[GTM_NF], J_within[GTM_NF * GTM_MOST_UNKNOWNS], A[GTM_NF][GTM_MOST_UNKNOWNS];
+    double within[GTM_MOST_UNKNOWNS] = {0};
     const int n = p->unknowns;
     int *column = out->column, free_count = 0;
     move_inside(y, p, c, gtm_border, within);

@@ -10,7 +10,7 @@ enum { GTM_MOST_NULL = GTM_MOST_UNKNOWNS - GTM_NF };
 typedef struct {
     int count;                                      /* dimension of the null space */
     int column[GTM_MOST_UNKNOWNS];                        /* the free unknowns: six that follow, then the null space */
-    double slope[GTM_NF][GTM_MOST_UNKNOWNS];              /* of the scaled accelerations, a column for each of `column` */
+    double slope[GTM_NF][GTM_MOST_UNKNOWNS];        /* of the scaled accelerations, a column for each of `column` */
     double direction[GTM_MOST_UNKNOWNS][GTM_MOST_NULL];   /* step for one unit of each null-space unknown */
 } gtm_tangent;
 
@@ -27,12 +27,12 @@ int gtm_tangent_at(const double *y, const gtm_problem *p, const int *is_free, co
 int gtm_curvature_at(const double *y, const gtm_problem *p, const gtm_cell *c, const gtm_tangent *at_y,
                      gtm_curvature *out);
 
-/* Minimum-norm Newton back to largest |F| < enough in the unknowns of `movable` (at least six); 0 when it got there, with
-   the Jacobian there in J. */
+/* Minimum-norm Newton back to largest |F| < enough in the unknowns of `movable` (at least six); 0 when it got there,
+   with the Jacobian there in J. */
 int gtm_project(double *y, const gtm_problem *p, const int *movable, double enough, double *J);
 
-/* The same with the unknowns that reached a bound or the cell's border frozen there; with all of them if that leaves too
-   few or fails. */
+/* The same with the unknowns that reached a bound or the cell's border frozen there; with all of them if that leaves
+   too few or fails. */
 int gtm_project_along_bounds(double *y, const gtm_problem *p, const double *lower, const double *upper,
                              const gtm_cell *c, const int *is_free, double enough, double *J);
 

@@ -1,6 +1,6 @@
-/* Steady manoeuvres as points of a manifold: F(y) = 0, six accelerations of nine unknowns, or of ten where each engine has
-   a throttle of its own. The solver knows these unknowns (V in ft/s, angles in rad, surfaces in deg, throttles in %) and
-   no aircraft: what it needs of one is a gtm_aircraft. */
+/* Steady manoeuvres as points of a manifold: F(y) = 0, six accelerations of nine unknowns, or of ten where each engine
+   has a throttle of its own. The solver knows these unknowns (V in ft/s, angles in rad, surfaces in deg, throttles in
+   %) and no aircraft: what it needs of one is a gtm_aircraft. */
 #ifndef GTM_PROBLEM_H
 #define GTM_PROBLEM_H
 
@@ -45,7 +45,7 @@ typedef struct {
     double wing_area, gravity;                              /* ft^2, ft/s^2 */
     double lift, lift_slope, least_lift, most_lift;         /* coefficient at alpha 0, per rad, and between which */
     double side_force_slope;                                /* coefficient per rad of sideslip */
-    double alpha, least_alpha, most_alpha;                  /* rad: to guess a speed at, and between which guesses lie */
+    double alpha, least_alpha, most_alpha;                  /* rad: to guess a speed at, range of guesses */
     double slowest, fastest;                                /* ft/s, of a speed guessed from bank and turn rate */
     double elevator, elevator_per_alpha, aileron_per_rudder; /* deg, deg per deg */
 } gtm_point_mass;

@@ -34,8 +34,8 @@ int gtm_linear_step(const gtm_linear_model *l, double *x);
 /* Whether the trust region keeps x from going on. */
 int gtm_is_cut_short(const gtm_linear_model *l, const double *x);
 
-/* The step along the bounds that x reaches to the least of the quadratic model, as far as the other rows let it; the drop
-   of the merit that it promises, negative when the model has no least. */
+/* The step along the bounds that x reaches to the least of the quadratic model, as far as the other rows let it; the
+   drop of the merit that it promises, negative when the model has no least. */
 double gtm_quadratic_step(const gtm_search *s, const gtm_linear_model *l, const gtm_curvature *at_y, double *x);
 
 #endif

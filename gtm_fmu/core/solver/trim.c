@@ -15,7 +15,7 @@ static void take_given(const double *lower, const double *upper, int count, cons
     for (int k = 0; k < count; k++) y[given[k]] = fmin(fmax(0, lower[given[k]]), upper[given[k]]);
 }
 
-/* Cold trims from which the least sideslip is sought: glides to either side, and deflections over the rudder's range. */
+/* Cold trims from which the least sideslip is sought: glides to either side, deflections over the rudder's range. */
 enum { MOST_STARTS = 7 };
 static long starts_over_sideslip(const gtm_problem *p, const double *lower, const double *upper, const int given[2],
                                  double *starts)
@@ -214,7 +214,7 @@ int gtm_find_trim(const gtm_problem *p, const double *lower, const double *upper
     if (is_settled) held[2] = RUDDER;
 
     point at = trim_holding(p, lower, upper, held);
-    /* With the rudder held the point of the manifold is unique; otherwise another sideslip may lie inside the bounds. */
+    /* With the rudder held the point of the manifold is unique, else another sideslip may lie inside the bounds. */
     const int is_unique = is_settled && at.status == GTM_OUTSIDE;
     if (at.status != GTM_TRIMMED && !is_unique) {
         point other = trim_at_other_sideslip(p, lower, upper, held, &at, !is_settled);
