@@ -9,9 +9,9 @@ enum { GTM_MOST_NULL = GTM_MOST_UNKNOWNS - GTM_NF };
 /* Six unknowns follow from the others, those of the null space; all of it in scaled unknowns y / scale. */
 typedef struct {
     int count;                                      /* dimension of the null space */
-    int column[GTM_MOST_UNKNOWNS];                        /* the free unknowns: six that follow, then the null space */
-    double slope[GTM_NF][GTM_MOST_UNKNOWNS];        /* of the scaled accelerations, a column for each of `column` */
-    double direction[GTM_MOST_UNKNOWNS][GTM_MOST_NULL];   /* step for one unit of each null-space unknown */
+    int column[GTM_MOST_UNKNOWNS];                      /* the free unknowns: six that follow, then the null space */
+    double slope[GTM_NF][GTM_MOST_UNKNOWNS];            /* of the scaled accelerations, a column for each of `column` */
+    double direction[GTM_MOST_UNKNOWNS][GTM_MOST_NULL]; /* step for one unit of each null-space unknown */
 } gtm_tangent;
 
 /* Second derivatives of every unknown with respect to those of the null space. */
