@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from gtm_fmu.client import FmuClient, FmuError
     from gtm_fmu.distribution import compute
     from gtm_fmu.envelope import Envelope, FlightCondition, envelope
+    from gtm_fmu.envelope_slopes import EnvelopeSlopes, envelope_slopes
     from gtm_fmu.equilibrium import Equilibrium, equilibrium
     from gtm_fmu.errors import InputError
     from gtm_fmu.failures import ControlLimits, Failure, RateLimits
@@ -30,6 +31,7 @@ __all__ = [
     "CaseTable",
     "ControlLimits",
     "Envelope",
+    "EnvelopeSlopes",
     "Equilibrium",
     "Failure",
     "FlightCondition",
@@ -47,6 +49,7 @@ __all__ = [
     "choices",
     "compute",
     "envelope",
+    "envelope_slopes",
     "equilibrium",
     "levels",
     "limits_span",
@@ -61,6 +64,7 @@ _NAMES = {
     "client": ("FmuClient", "FmuError"),
     "distribution": ("compute",),
     "envelope": ("Envelope", "FlightCondition", "envelope"),
+    "envelope_slopes": ("EnvelopeSlopes", "envelope_slopes"),
     "equilibrium": ("Equilibrium", "equilibrium"),
     "errors": ("InputError",),
     "failures": ("ControlLimits", "Failure", "RateLimits"),
