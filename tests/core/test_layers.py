@@ -1,6 +1,7 @@
 """The C files of the core in layers: none uses one above it, the solver knows no aircraft, every build has them all."""
 
 import re
+import shutil
 import subprocess
 import sys
 from functools import cache
@@ -112,17 +113,21 @@ def test_the_solver_knows_no_aircraft(name):
 
 def test_make_rebuilds_the_core_from_everything_it_is_made_of():
     """Every C file, header and module that generation imports is a prerequisite of the installation."""
+    if shutil.which("make") is None:
+        pytest.skip("no `make` on this machine")
     script = (
-        "import sys, gtm_fmu.core.generate\n"
-        "print(*(module.__file__ for name, module in sys.modules.items() if name.startswith('gtm_fmu')), sep='\\n')"
+        "import sys, gtm_fmu.core\n"
+        "before = set(sys.modules)\n"
+        "import gtm_fmu.core.generate\n"
+        "names = (name for name in set(sys.modules) - before if name.startswith('gtm_fmu'))\n"
+        "print(*(sys.modules[name].__file__ for name in names), sep='\\n')"
     )
     imported = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True, cwd=ROOT)
+    modules = {Path(path).relative_to(ROOT).as_posix() for path in imported.stdout.split()}
+    assert {"gtm_fmu/core/c_source.py", "gtm_fmu/core/generate_configured.py"} < modules
+    c = {f"gtm_fmu/core/{name}" for name in (*WHOLE, *HEADERS) if not name.startswith("generated/")}
+
     database = subprocess.run(["make", "-pnq"], capture_output=True, text=True, cwd=ROOT).stdout
     rule = re.search(r"^\.venv/installed: (.*)$", database, re.MULTILINE)
     assert rule
-    files = {Path(path).relative_to(ROOT).as_posix() for path in imported.stdout.split()}
-    made = {name for name in files if Path(name).name != "__init__.py"}
-    unused = {"gtm_fmu/core/library.py", "gtm_fmu/core/motion.py", "gtm_fmu/errors.py"}  # imported, but by the package
-    c = {f"gtm_fmu/core/{name}" for name in (*WHOLE, *HEADERS) if not name.startswith("generated/")}
-    assert {"gtm_fmu/units.py", "gtm_fmu/core/c_source.py", "gtm_fmu/core/generate_configured.py"} <= made
-    assert (made - unused) | c | {"gtm_fmu/core/sources.py", "setup.py"} <= set(rule[1].split())
+    assert modules | c | {"gtm_fmu/core/sources.py", "setup.py"} <= set(rule[1].split())
