@@ -6,6 +6,7 @@ another.
 """
 
 import logging
+import resource
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -32,6 +33,8 @@ WORKER_MEMORY = "500MB"
 """A worker that takes more is started anew."""
 MOST_WORKERS = 1024
 _ENCRYPTED = ("tls:", "wss:")
+_FILES, _FILES_A_WORKER = 32, 16
+"""Open files that a cluster of this machine takes."""
 _LOST = (CancelledError, CommClosedError, TimeoutError)
 _PIECES_A_THREAD = 2
 _RETRIES = 3
@@ -98,6 +101,8 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
                 address = scheduler
             client = stack.enter_context(Client(address, set_as_default=False, timeout=_CONNECTION_S))
             client.wait_for_workers(1, timeout=_WORKER_S)
+        except InputError:
+            raise
         except RuntimeError as error:
             raise InputError(
                 f"The worker processes do not start ({error}); a script that computes a data set has to do so under "
@@ -112,6 +117,12 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
 
 
 def _local_cluster(workers: int) -> LocalCluster:
+    allowed, needed = resource.getrlimit(resource.RLIMIT_NOFILE)[0], _FILES + _FILES_A_WORKER * workers
+    if allowed not in (resource.RLIM_INFINITY, -1) and allowed < needed:  # dask would try again and again
+        raise InputError(
+            f"{workers} workers need {needed} open files and {allowed} are allowed; raise the limit, as with "
+            f"`ulimit -n {needed}`, or take fewer workers."
+        )
     with dask.config.set({"distributed.worker.profile.enabled": False}):  # a statistical profile of no use here
         return LocalCluster(
             n_workers=workers,

@@ -21,6 +21,7 @@ from gtm_fmu.errors import InputError
 from study.command import Commands
 from study.dataset_command import dataset
 from study.files import check_picture
+from study.machine import shortage
 from study.map_command import maps
 from study.model_commands import MODEL_HELP, export, predict, train
 from study.options import ASKED, FAILURE, Pair, given_failure, pair, takes
@@ -275,7 +276,7 @@ def build(
 @app.command(epilog=example("study --output build/study"))
 def study(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("build/study"),
-    seed: Annotated[int, typer.Option(min=0, help="Start of all random numbers.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Start of all random numbers.")] = 0,
     as_json: Json = False,
 ) -> None:
     """The whole study, with figures and a results table.
@@ -313,6 +314,10 @@ def main() -> None:
 
     So is a machine that is short of something: memory, room on a disk, open files.
     """
+    if sys.stderr is None:  # closed, as by 2>&-
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+    if sys.stdout is None:
+        sys.exit(_refuse("Standard output is closed; leave it open, or send it to a file or to /dev/null."))
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # the name of a file need not be text
@@ -347,9 +352,11 @@ def _run() -> int:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else app.info.name
         code = _refuse(f"{error.format_message().rstrip('.')}; see `{command} --help`.")
-    except MemoryError:
-        code = _refuse("There is not enough memory; ask for less at a time, or end other programs.")
-    except OSError as error:
+    except Exception as error:
+        if sentence := shortage(error):
+            return _refuse(sentence)
+        if not isinstance(error, OSError):
+            raise
         reason = f"{error.strerror or error}: {error.filename}" if error.filename else error.strerror or error
         code = 0 if _output_error() else _refuse(f"The system refused something ({reason}); finished files are kept.")
     if code == INTERRUPTED:

@@ -7,6 +7,7 @@ from typer.core import TyperCommand, TyperOption
 from typer.exceptions import TyperException
 
 from gtm_fmu.errors import InputError
+from study.machine import check_limits
 
 
 class _Command(TyperCommand):
@@ -20,6 +21,10 @@ class _Command(TyperCommand):
             if getattr(error, "ctx", None) is None:
                 error.ctx = ctx  # type: ignore[attr-defined]
             raise
+
+    def invoke(self, ctx: Any) -> Any:
+        check_limits(str(ctx.info_name))
+        return super().invoke(ctx)
 
 
 def _check_values(command: str, option: TyperOption, words: list[str]) -> None:

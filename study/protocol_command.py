@@ -21,10 +21,10 @@ def protocol(
     output: Annotated[Path, typer.Option(help="Folder of the results; parts that are there are kept.")] = Path(
         "build/protocol"
     ),
-    splits: Annotated[int, typer.Option(min=1, help="Divisions of the data, by seeds from 0 on.")] = 5,
-    data_set_splits: Annotated[int, typer.Option(min=1, help="Of them for the diminished data sets.")] = 3,
-    rounds: Annotated[int, typer.Option(min=2, help="Trainings of each selection.")] = 20,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes for the local model networks.")] = 2,
+    splits: Annotated[int, typer.Option(min=1, max=1000, help="Divisions of the data, by seeds from 0 on.")] = 5,
+    data_set_splits: Annotated[int, typer.Option(min=1, max=1000, help="Of them for the diminished data sets.")] = 3,
+    rounds: Annotated[int, typer.Option(min=2, max=1000, help="Trainings of each selection.")] = 20,
+    jobs: Annotated[int, typer.Option(min=1, max=256, help="Processes for the local model networks.")] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
     """Neural networks and local model networks by the paper's Algorithms 1 and 2, on its lattice and off it.

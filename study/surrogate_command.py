@@ -83,7 +83,7 @@ def networks(
 
 def thrust_map(
     output: Annotated[Path, typer.Option(help="File of the map.")] = Path("build/rudder_thrust_map.npz"),
-    workers: Annotated[int | None, typer.Option(min=1, help="Threads; default one a core.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Threads; default one a core.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
     """Solve the rudder's thrust map anew, as it comes with the package, and measure it off the lattice.

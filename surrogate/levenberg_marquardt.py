@@ -61,11 +61,11 @@ class Problems(Protocol):
 
 ALLOWED: dict[str, Allowed] = {
     "epochs": Whole(0, 1_000_000),
-    "mu": Number(0.0, above=True),
-    "mu_decrease": Number(0.0, 1.0, above=True),
-    "mu_increase": Number(1.0, above=True),
-    "mu_max": Number(0.0, above=True),
-    "min_grad": Number(0.0),
+    "mu": Number(1e-20, 1e20),
+    "mu_decrease": Number(1e-10, 1.0),
+    "mu_increase": Number(1.0, 1e10, above=True),
+    "mu_max": Number(1e-20, 1e20),
+    "min_grad": Number(0.0, 1e20),
     "max_fail": Whole(1, 1_000_000),
 }
 """Settings of a `Schedule`."""

@@ -29,7 +29,7 @@ nothing but the greatest number of models."""
 ALLOWED: dict[str, Allowed] = {
     "local_model": Choice(get_args(LocalModel)),
     "criterion": Choice(get_args(Criterion)),
-    "smoothness": Number(0.0, above=True),
+    "smoothness": Number(1e-6, 1e3),
     "max_models": Whole(1, 10_000),
     "patience": Whole(1, 10_000),
 }

@@ -24,6 +24,9 @@ ESTIMATORS = [
 ]
 
 
+EXTREME = 1e-300, 1e300, float("nan"), 10**400
+
+
 @parametrize_with_checks(ESTIMATORS)
 def test_convention(estimator, check):
     check(estimator)
@@ -124,7 +127,17 @@ def test_local_models_learn_friedmans_function(regressor, criterion):
         (LevenbergMarquardtRegressor(3, device="gpu"), "torch cannot use the device 'gpu'"),
         (LevenbergMarquardtRegressor(3, device="privateuseone"), "torch cannot use the device 'privateuseone'"),
         (LevenbergMarquardtRegressor(3, device=None), "torch cannot use the device None"),
-        (HilomotRegressor(smoothness=-1.0), "smoothness is -1.0, but must be a finite number above 0"),
+        (HilomotRegressor(smoothness=-1.0), "smoothness is -1.0, but must be a finite number from 1e-06 to 1000"),
+        *(
+            (kind(smoothness=value), "smoothness is")
+            for kind in (LolimotRegressor, HilomotRegressor)
+            for value in EXTREME
+        ),
+        (LevenbergMarquardtRegressor(mu=1e300), "mu is 1e.300, but must be a finite number from 1e-20 to 1e.20"),
+        (LevenbergMarquardtRegressor(mu_decrease=1e-300), "mu_decrease is 1e-300"),
+        (LevenbergMarquardtRegressor(mu_increase=1e300), "mu_increase is"),
+        (LevenbergMarquardtRegressor(mu_max=1e-300), "mu_max is"),
+        (LevenbergMarquardtRegressor(min_grad=10**400), "min_grad is"),
     ],
 )
 def test_wrong_parameters_are_refused(estimator, message):
