@@ -48,7 +48,11 @@ def check_result_names(inputs: Sequence[Variable], outputs: Sequence[Variable]) 
 
 
 def evaluate_by_blocks(evaluate: Callable[[Array], Array], X: ArrayLike, inputs: Sequence[Variable]) -> Array:
-    """A function of inputs (n, d) at X (..., d); ValueError where X is not finite or lacks an input."""
+    """A function of inputs (n, d) at X (..., d).
+
+    Raises:
+        ValueError: X is not finite, lacks an input, or lies so far out that the results are no numbers.
+    """
     X = np.asarray(X, dtype=float)
     if X.ndim == 0 or X.shape[-1] != len(inputs):
         names = ", ".join(variable.name for variable in inputs)
@@ -57,7 +61,10 @@ def evaluate_by_blocks(evaluate: Callable[[Array], Array], X: ArrayLike, inputs:
         raise ValueError("the inputs hold values that are not finite: leave those samples out.")
     samples = X.reshape(-1, len(inputs))
     starts = range(0, max(len(samples), 1), BLOCK)
-    blocks = [evaluate(samples[start : start + BLOCK]) for start in starts]
+    with np.errstate(over="ignore", invalid="ignore"):
+        blocks = [evaluate(samples[start : start + BLOCK]) for start in starts]
+    if not all(np.isfinite(block).all() for block in blocks):
+        raise ValueError("the inputs lie so far from the training data that the outputs are no numbers: go nearer.")
     return np.concatenate(blocks).reshape(*X.shape[:-1], *blocks[0].shape[1:])
 
 

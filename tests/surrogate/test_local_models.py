@@ -154,3 +154,9 @@ def test_a_network_that_does_not_fit_together_is_refused(network):
         replace(network, coefficients=np.zeros((4, 9, 2)))
     with pytest.raises(ValueError, match="pairs of numbers from 0 to 3"):
         replace(network, terms=np.array([[4, 0]]))
+
+
+def test_no_output_is_not_a_number(network):
+    """Gaussians so far away are all 0, and their shares 0 / 0; the squares of a quadratic model overflow."""
+    with pytest.raises(ValueError, match="so far from the training data that the outputs are no numbers"):
+        network.predict([1e200, 0.0, 0.0])
