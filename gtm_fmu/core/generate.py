@@ -3,14 +3,19 @@
 Runs when the package is built (`setup.py`); nothing is generated or compiled later.
 """
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 
 from gtm_fmu.airframe import airdata, motion, steady_manoeuvre
+from gtm_fmu.airframe.actuators import SERVOS
 from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import GRAVITY, Atmosphere, atmosphere
+from gtm_fmu.airframe.configuration import PARAMETERS
+from gtm_fmu.airframe.configured_tables import RATES
+from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.folding import FoldedTables, folded_tables
 from gtm_fmu.airframe.mass import WING_AREA, mass_properties
 from gtm_fmu.airframe.names import (
@@ -27,6 +32,7 @@ from gtm_fmu.airframe.names import (
     TWO_THROTTLE_CONTROLS,
     TWO_THROTTLE_UNKNOWNS,
 )
+from gtm_fmu.airframe.surfaces import AERODYNAMIC, COMMANDED, ELEVATOR_ARMS, FLAPS, PANELS, SPOILERS
 from gtm_fmu.core.c_source import axis_definition, function, slope_through_tables, table_definition, write_functions
 from gtm_fmu.core.generate_configured import generate_configured
 
@@ -90,23 +96,31 @@ def write_tables(folder: Path, tables: FoldedTables) -> None:
 
 
 def write_headers(folder: Path) -> None:
-    """Write the order of `names` and the constants of the airframe that the solver is handed.
+    """Write what the airframe's tables of names and surfaces say to C, and the constants that the solver is handed.
 
-    order.h has sizes and the columns of the look-ups; unknowns.h the places of a trim's unknowns, whose names have no
-    prefix.
+    order.h has sizes, and the order of states and of the arguments of look-ups; unknowns.h the places of a trim's
+    unknowns, whose names have no prefix.
     """
-    sizes = {
-        **{"NX": len(STATES), "NU": len(CONTROLS), "NY": len(OUTPUTS), "NC": len(COEFFICIENTS), "NK": len(LOOKUPS)},
-        **{"NF": len(ACCELERATED), "NT": len(TRIM_UNKNOWNS)},
-        **{"TWO_THROTTLE_NU": len(TWO_THROTTLE_CONTROLS), "TWO_THROTTLE_NT": len(TWO_THROTTLE_UNKNOWNS)},
+    arrays = {
+        **{"NX": STATES, "NU": CONTROLS, "NY": OUTPUTS, "NC": COEFFICIENTS, "NK": LOOKUPS, "NF": ACCELERATED},
+        **{"NT": TRIM_UNKNOWNS, "TWO_THROTTLE_NU": TWO_THROTTLE_CONTROLS, "TWO_THROTTLE_NT": TWO_THROTTLE_UNKNOWNS},
     }
-    order = ", ".join(f"GTM_{name} = {size}" for name, size in sizes.items())
-    columns = ", ".join(f"K_{name.upper()}" for name in LOOKUPS)
-    places = ", ".join(name.upper() for name in (*TRIM_UNKNOWNS, *TWO_THROTTLE_UNKNOWNS[len(TRIM_UNKNOWNS) :]))
+    parts = {
+        **{"AERODYNAMIC": AERODYNAMIC, "COMMANDED": COMMANDED, "SPOILERS": SPOILERS, "FLAPS": FLAPS},
+        **{"PANELS": PANELS, "SEGMENTS": ELEVATOR_ARMS, "DAMAGE_CASES": DAMAGE_CASES, "RATES": RATES, "SERVOS": SERVOS},
+    }
+    counts = {name: len(values) for name, values in (arrays | parts).items()} | {"PARAMETERS": PARAMETERS}
+    places = (*TRIM_UNKNOWNS, *TWO_THROTTLE_UNKNOWNS[len(TRIM_UNKNOWNS) :])
     constants = {"WING_AREA": WING_AREA, "WEIGHT": float(STUDY_MASS.mass * GRAVITY), "GRAVITY": GRAVITY}
-    _write_header(folder / "order.h", [f"enum {{ {order} }};", f"enum {{ {columns} }};"])
-    _write_header(folder / "unknowns.h", [f"enum {{ {places} }};"])
+    sizes = (f"GTM_{name} = {count}" for name, count in counts.items())
+    columns = ([f"{prefix}_{name.upper()}" for name in names] for prefix, names in (("X", STATES), ("K", LOOKUPS)))
+    _write_header(folder / "order.h", [_enum(sizes), *map(_enum, columns)])
+    _write_header(folder / "unknowns.h", [_enum(name.upper() for name in places)])
     _write_header(folder / "constants.h", [f"#define GTM_{name} {value!r}" for name, value in constants.items()])
+
+
+def _enum(names: Iterable[str]) -> str:
+    return "enum {\n    " + ",\n    ".join(names) + "\n};"
 
 
 def _write_header(path: Path, lines: list[str]) -> None:

@@ -10,12 +10,10 @@
 
 enum { GTM_TWO_THROTTLE_NXU = GTM_NX + GTM_TWO_THROTTLE_NU };
 
-enum { GTM_COMMANDED = 8, GTM_SPOILERS = 4, GTM_FLAPS = 4, GTM_PARAMETERS = 27 };
-
 /* A table panel or an elevator segment that can move or is deflected: deflection = gain * command + offset. */
 struct gtm_active_panel {
     const struct gtm_panel *panel;
-    double gain, offset, weight[6];
+    double gain, offset, weight[GTM_NC];
 };
 struct gtm_active_segment {
     double gain, offset, part, arm;
@@ -43,9 +41,9 @@ typedef struct gtm_configuration {
     double parameters[GTM_PARAMETERS];      /* of the generated functions */
     int is_folded;                          /* the study's aerodynamics: its folded tables serve */
     int panels, segments;
-    struct gtm_active_panel panel[8];
-    struct gtm_active_segment segment[5];
-    double flap_coefficients[6];
+    struct gtm_active_panel panel[GTM_PANELS];
+    struct gtm_active_segment segment[GTM_SEGMENTS + 1]; /* and the stabiliser */
+    double flap_coefficients[GTM_NC];
 } gtm_configuration;
 
 /* What a configuration holds that is not allowed (airframe/configuration.py has the ranges). */

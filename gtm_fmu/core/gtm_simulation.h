@@ -7,7 +7,7 @@
 
 #include "gtm_core.h"
 
-enum { GTM_SIMULATION_NX = GTM_NX + 1, GTM_SERVOS = 6, GTM_RECORDS = 2048 };
+enum { GTM_SIMULATION_NX = GTM_NX + 1, GTM_RECORDS = 2048 };
 
 /* Inputs, constant over a step. */
 typedef struct {

@@ -31,8 +31,10 @@ static int fault_of(const gtm_configuration *c)
 static int has_study_aerodynamics(const gtm_configuration *c)
 {
     if (c->damage_case || c->has_stall_asymmetry || c->stabilizer != 0 || c->gear != 0) return 0;
-    for (int i = 0; i < 4; i++)
-        if (c->spoiler[i] != 0 || c->flap[i] != 0) return 0;
+    for (int i = 0; i < GTM_SPOILERS; i++)
+        if (c->spoiler[i] != 0) return 0;
+    for (int i = 0; i < GTM_FLAPS; i++)
+        if (c->flap[i] != 0) return 0;
     for (int i = 0; i < GTM_COMMANDED; i++)
         if (c->surface_gain[i] != 1 || c->surface_offset[i] != 0) return 0;
     return 1;

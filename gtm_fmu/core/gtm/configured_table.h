@@ -11,7 +11,7 @@ typedef struct gtm_panel {
     const double *table;
     const gtm_axis *axis;
     int surface, is_left;
-    double weight[6];
+    double weight[GTM_NC];
 } gtm_panel;
 
 /* A command as the surface bus deals it out. */
@@ -23,8 +23,6 @@ typedef struct {
 typedef struct {
     double lowest, highest;
 } gtm_range;
-
-enum { GTM_PANELS = 8, GTM_SEGMENTS = 4, GTM_DAMAGE_CASES = 7, GTM_AERODYNAMIC = 17, GTM_RATES = 3 };
 
 /* Generated from airframe/surfaces.py, damage.py, actuators.py and configuration.py. */
 extern const gtm_panel gtm_panels[GTM_PANELS];

@@ -9,12 +9,12 @@ int gtm_state_fault(const double x[GTM_NX])
 {
     for (int i = 0; i < GTM_NX; i++)
         if (!isfinite(x[i])) return GTM_NOT_FINITE;
-    const double in_plane = x[0] * x[0] + x[2] * x[2], V2 = in_plane + x[1] * x[1];
+    const double in_plane = x[X_U] * x[X_U] + x[X_W] * x[X_W], V2 = in_plane + x[X_V] * x[X_V];
     if (!isfinite(V2)) return GTM_NOT_FINITE;
     if (V2 < 1) return GTM_NO_SPEED;
     if (in_plane < 1e-24 * V2) return GTM_SIDEWAYS;
-    if (fabs(cos(x[10])) < 1e-12) return GTM_VERTICAL;
-    if (fabs(cos(x[6])) < 1e-12) return GTM_AT_POLE;
+    if (fabs(cos(x[X_THETA])) < 1e-12) return GTM_VERTICAL;
+    if (fabs(cos(x[X_LATITUDE])) < 1e-12) return GTM_AT_POLE;
     return GTM_FINE;
 }
 
