@@ -43,9 +43,9 @@ static inline void gtm_cut(gtm_interval *i, double breakpoint)
 /* The aircraft as a point mass with linear lift and side force: its rough trims are first guesses. */
 typedef struct {
     double wing_area, gravity;                              /* ft^2, ft/s^2 */
-    double lift, lift_slope, least_lift, most_lift;         /* coefficient at alpha 0, per rad, and between which */
+    double lift, lift_slope, least_lift, most_lift;         /* coefficient: at alpha 0, per rad, its range */
     double side_force_slope;                                /* coefficient per rad of sideslip */
-    double alpha, least_alpha, most_alpha;                  /* rad: to guess a speed at, range of guesses */
+    double alpha, least_alpha, most_alpha;                  /* rad: at a guessed speed, and range of guesses */
     double slowest, fastest;                                /* ft/s, of a speed guessed from bank and turn rate */
     double elevator, elevator_per_alpha, aileron_per_rudder; /* deg, deg per deg */
 } gtm_point_mass;
@@ -62,7 +62,7 @@ typedef struct {
     int is_steep; /* in a steep descent: more of them, close together where they are slow */
 } gtm_speeds;
 
-/* How far starts lie from one another where trims, V_min and V_max are sought. */
+/* Where trims, V_min and V_max are sought from, beside the bounds. */
 enum { GTM_BESIDE = 6 };
 typedef struct {
     double glide_sideslip;          /* rad, of a glide without thrust */
@@ -92,11 +92,11 @@ struct gtm_aircraft {
 /* Largest |F|, ft/s^2 and rad/s^2 alike. */
 double gtm_residual_norm(const double F[GTM_NF]);
 
-/* Largest excess over the bounds, in scaled units, and what of it is rounding. */
+/* Largest excess over the bounds, in scaled units; up to gtm_rounding it is none. */
 double gtm_violation(const gtm_problem *p, const double *y, const double *lower, const double *upper);
 extern const double gtm_rounding;
 
-/* Whether two throttles are free to part. */
+/* Whether there are two throttles and both move an engine. */
 int gtm_has_free_throttles(const gtm_problem *p);
 
 /* Whether the rudder is held and no second throttle is free: a trim at given V and psi_dot is unique then. */
