@@ -45,11 +45,16 @@ def symbol(name: str, subscript: str = "") -> Label:
     return Label(f"${letter}{tex}$", f"<i>{letter}</i>{html}")
 
 
+def words(name: str) -> str:
+    """Name of an input or an unknown as it is spoken, as ``left throttle``."""
+    name, _, side = name.partition("_")
+    return " ".join(filter(None, (side, _NAMES.get(name, name))))
+
+
 def quantity(name: str) -> Label:
     """Name and symbol of an input or an unknown, as ``rudder`` with its delta."""
-    name, _, side = name.partition("_")
-    words = " ".join(filter(None, (side, _NAMES.get(name, name))))
-    return Label(*(f"{words} {text}" for text in symbol(name))) if name in _SYMBOLS else Label(words, words)
+    spoken, known = words(name), name.partition("_")[0]
+    return Label(*(f"{spoken} {text}" for text in symbol(known))) if known in _SYMBOLS else Label(spoken, spoken)
 
 
 def with_units(label: Label, units: str) -> Label:

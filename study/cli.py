@@ -18,13 +18,14 @@ from typer.exceptions import TyperException
 
 from gtm_fmu import __version__
 from gtm_fmu.errors import InputError
+from study.advise_command import advise
 from study.command import Commands
 from study.dataset_command import dataset
 from study.files import check_picture
 from study.machine import shortage
 from study.map_command import maps
 from study.model_commands import MODEL_HELP, export, predict, train
-from study.options import ASKED, FAILURE, Pair, given_failure, pair, takes
+from study.options import ASKED, FAILURE, Alpha, Altitude, Gamma, Json, Phi, given_failure, takes
 from study.protocol_command import protocol
 from study.surrogate_command import networks, surrogates, thrust_map
 
@@ -37,11 +38,6 @@ app = Commands(
     pretty_exceptions_enable=False,
 )
 
-Altitude = Annotated[float, typer.Option(help="Geometric altitude, 0 to 36089 ft.")]
-Gamma = Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")]
-Alpha = Annotated[Pair, pair("Bounds of the angle of attack in deg, at the widest -20 40.")]
-Phi = Annotated[Pair, pair("Bounds of the bank angle in deg, at the widest -80 80.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Fmu = Annotated[Path | None, typer.Option(help="Evaluate this GtmDynamics.fmu, or a native one, not the core.")]
 
 
@@ -290,6 +286,7 @@ def study(
     print(json.dumps(results, allow_nan=False) if as_json else f"{markdown(results)}\nAll files are in {output}.")
 
 
+app.command(epilog=example("advise --altitude-ft 10000 --gamma-deg -5 --rudder-deg 5 25"))(advise)
 app.command(epilog=example("train wing.csv --inputs span_mm,alpha_deg --outputs lift:N --output wing.json"))(train)
 app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(predict)
 app.command(epilog=example("export wing.json --fmu --output wing.fmu"))(export)

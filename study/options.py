@@ -45,6 +45,13 @@ def pair(text: str) -> Any:
     return typer.Option(metavar="LOWER UPPER", help=text)
 
 
+Altitude = Annotated[float, typer.Option(help="Geometric altitude, 0 to 36089 ft.")]
+Gamma = Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")]
+Alpha = Annotated[Pair, pair("Bounds of the angle of attack in deg, at the widest -20 40.")]
+Phi = Annotated[Pair, pair("Bounds of the bank angle in deg, at the widest -80 80.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+
+
 DAMAGE_CASES = (
     "Lost: 1 rudder, 2 vertical tail, 3 flap, 4 wing tip, 5 elevator, 6 stabiliser (3 to 6: the left one); 0 none."
 )

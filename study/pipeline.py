@@ -17,6 +17,7 @@ from gtm_fmu.thrust_map import ThrustMap
 from sensitivity import plot_bars
 from study import (
     comparisons,
+    every_failure,
     figures,
     off_lattice,
     published,
@@ -92,6 +93,7 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
         with stage("Sensitivity"):
             networks = {"package's network": RudderEmulator.load(), "paper's network": emulator}
             results["sensitivity"], indices = rudder_sensitivity.results(thrust_map, networks, continued_by=emulator)
+            results["failures"] = every_failure.results()
             chart = plot_bars(
                 indices, published=published.VARIANCE_INDICES, published_label="paper", labels=figures.LABELS
             )

@@ -40,7 +40,8 @@ def markdown(results: dict[str, Any]) -> str:
         + "\n"
         + _shipped(results["off_lattice_test_set"])
         + "\nThe paper counts cases of which some have no steady manoeuvre inside its own limits; errors are mean "
-        "squares of speeds scaled to 0..1.\n\n" + sensitivity_report.markdown(results["sensitivity"])
+        "squares of speeds scaled to 0..1.\n\n"
+        + sensitivity_report.markdown(results["sensitivity"], results["failures"])
     )
 
 

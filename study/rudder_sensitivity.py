@@ -42,9 +42,14 @@ def answers(grid: RudderGrid, continued_by: RudderEmulator) -> dict[str, Tabulat
         whether["t_min_pct"] = grid.t_min_pct
     return {
         AS_IN_THE_PAPER: _indices(weights, continued, SPEED_NAMES),
-        WITH_AN_ENVELOPE: _indices(weights * has_envelope, grid.speeds_kt, SPEED_NAMES),
+        WITH_AN_ENVELOPE: given_an_envelope(grid),
         WHETHER: _indices(weights, np.stack(list(whether.values()), axis=-1), tuple(whether)),
     }
+
+
+def given_an_envelope(grid: RudderGrid) -> TabulatedIndices:
+    """The indices of V_min and V_max, given that there is an envelope."""
+    return _indices(grid.cells.weights * grid.has_envelope, grid.speeds_kt, SPEED_NAMES)
 
 
 def of_network(truth: RudderGrid, emulator: RudderEmulator) -> dict[str, TabulatedIndices]:

@@ -15,8 +15,8 @@ ASKED = {
 }
 
 
-def markdown(rudder: Mapping[str, Any]) -> str:
-    """Tables of a failed rudder, question by question."""
+def markdown(rudder: Mapping[str, Any], every: Mapping[str, Any]) -> str:
+    """Tables of a failed rudder, question by question, and of everything that may fail."""
     parts = [
         "## Variance-based indices of a failed rudder\n\n"
         "Altitude, flight path, and limits uniform on their triangle. S is V[E(f | y)] / V(f), S^T is E[V(f | all "
@@ -33,7 +33,7 @@ def markdown(rudder: Mapping[str, Any]) -> str:
             f"{_cells(rudder['finer_cells'])} cells, as here for the thrust map, no index moves by more than "
             f"{found['cells_error']:.4f}.\n"
         ]
-    return "\n".join([*parts, _published()])
+    return "\n".join([*parts, _published(), _every(every)])
 
 
 def _cells(cells: Mapping[str, int]) -> str:
@@ -61,3 +61,22 @@ def _published() -> str:
         "to at most 1. In the paper's Table 15 the sums are 1.147 and 1.074: its S^T of one limit are what both limits "
         "together have here.\n"
     )
+
+
+def _every(every: Mapping[str, Any]) -> str:
+    parts = ["## Everything that may fail\n"]
+    for name, found in every.items():
+        rows = []
+        for output, entry in found["outputs"].items():
+            for factor, values in entry["indices"].items():
+                estimates = (values[kind] for kind in KINDS)
+                cells = (f"{value['value']:.3f} ({value['lower']:.3f} .. {value['upper']:.3f})" for value in estimates)
+                rows.append((f"{output}: {factor.replace(',', ', ')}", *cells))
+        mean = found["outputs"]["has_envelope"]["mean"]
+        least = " and ".join(f"{surface} for {output}" for output, surface in found["least_surface"].items())
+        parts.append(
+            f"{name.capitalize()}: {found['n_evaluations']} exact envelopes, {mean:.0%} of the cases have one. The "
+            f"surface whose limits matter least (S^T): {least}. The 95 % intervals are of the sampling alone; there "
+            f"is no surrogate.\n\n{table(('factor', *KINDS.values()), rows)}"
+        )
+    return "\n".join(parts)

@@ -146,6 +146,7 @@ class TestResults:
             "with an envelope": speeds,
             "whether": speeds[:2],
         }
+        assert set(results["failures"]) == {"controls"}
 
 
 class TestAgain:

@@ -15,6 +15,10 @@ from study.files import save_figure, write_text
 from study.report import markdown
 
 
+def estimate(value: float) -> dict:
+    return {"value": value, "lower": value - 0.01, "upper": value + 0.01}
+
+
 def answer(outputs: tuple[str, ...], shift: float) -> dict:
     """Indices that rise from factor to factor, by steps of 0.02 from 0.1 (first) and 0.5 (total)."""
     return {
@@ -64,6 +68,17 @@ RESULTS = {
             "whether": {
                 "answers": {"exact": answer(("has_envelope",), 0.2), "thrust map": answer(("has_envelope",), 0.25)},
                 "own_error": {"thrust map": 0.00234}, "cells_error": 0.00567,
+            },
+        },
+    },
+    "failures": {
+        "controls": {
+            "n_evaluations": 123456,
+            "least_surface": {"has_envelope": "rudder", "width_kt": "aileron"},
+            "outputs": {
+                "has_envelope": {
+                    "mean": 0.2345, "indices": {"engine_out": {"first": estimate(0.31), "total": estimate(0.72)}},
+                },
             },
         },
     },
@@ -125,17 +140,24 @@ class TestTable:
         assert ["has_envelope: gamma_deg", "0.320", "0.370"] in tables[4]
 
     def test_errors_are_told_apart(self):
-        """A surrogate's own, and what the cells do."""
+        """A surrogate's own, what the cells do, and sampling."""
         text = markdown(RESULTS)
         assert "of the thrust map 0.0012. With 11 x 12 x 13 cells" in text
         assert "no index moves by more than 0.0057" in text
         assert "sums over 7 x 8 x 9 cells" in text
         assert "5.7% of the cases have no envelope" in text
+        assert "The 95 % intervals are of the sampling alone" in text
+
+    def test_everything_that_may_fail(self, tables):
+        text = markdown(RESULTS)
+        assert "Controls: 123456 exact envelopes, 23% of the cases have one" in text
+        assert "matter least (S^T): rudder for has_envelope and aileron for width_kt" in text
+        assert tables[-1][-1] == ["has_envelope: engine_out", "0.310 (0.300 .. 0.320)", "0.720 (0.710 .. 0.730)"]
 
     def test_it_is_markdown(self):
         widths = [line.count("|") for line in markdown(RESULTS).splitlines() if line.startswith("|")]
         assert set(widths) == {4, 5, 8}
-        assert len(re.findall(r"^\| --- \|", markdown(RESULTS), re.MULTILINE)) == 6
+        assert len(re.findall(r"^\| --- \|", markdown(RESULTS), re.MULTILINE)) == 7
 
     def test_which_model_is_whose(self, rows):
         """What GtmSurrogate carries is told from the paper's networks, each with its errors off the lattice."""

@@ -1,0 +1,141 @@
+"""Everything that may fail at once: what matters for the envelope that is left, and which surface matters least.
+
+Limits of all four controls over their triangles, at any altitude and flight path of the paper. The exact envelopes of a
+design come with the package; ``python -m study.every_failure FOLDER`` computes them anew (a quarter of an hour of
+processor time), and goes on where it was stopped.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from scipy import stats
+
+import sensitivity
+from gtm_fmu.airframe.names import CONTROLS
+from gtm_fmu.cases import GivenCases
+from gtm_fmu.errors import InputError
+from gtm_fmu.inputs import INPUTS, LIMITED, Column, limit_columns
+from study.off_lattice import ALTITUDE_FT, GAMMA_DEG
+from study.progress import stages
+from study.rudder_grid import RESULTS, write_arrays
+
+ROWS, REPLICATES, SEED = 512, 8, 0
+FILE = Path(str(files("study") / "data" / "every_failure.npz"))
+OUTPUTS = ("has_envelope", "width_kt")
+"""Whether there is an envelope, and V_max less V_min: 0 without one."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Some failures at once.
+
+    Attributes:
+        controls: whose limits are uniform over their triangles.
+        choices: what of `inputs.CHOICES` is drawn, and from how many of its first values, all alike.
+    """
+
+    controls: tuple[str, ...]
+    choices: dict[str, int]
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Columns of a case, in the order of the distribution's inputs."""
+        ends = (end for control in self.controls for end in limit_columns(control))
+        return *INPUTS[:2], *(Column(name, "") for name in self.choices), *ends
+
+    @property
+    def distribution(self) -> sensitivity.Distribution:
+        """Of the inputs, by the labels of the columns."""
+        (altitude, gamma), units = INPUTS[:2], {column.label: column.units for column in self.columns}
+        blocks: list[sensitivity.Block] = [
+            sensitivity.Uniform(altitude.label, *ALTITUDE_FT, units[altitude.label]),
+            sensitivity.Uniform(gamma.label, *GAMMA_DEG, units[gamma.label]),
+            *(sensitivity.Marginal(name, stats.randint(0, count)) for name, count in self.choices.items()),
+        ]
+        for control in self.controls:
+            low, high = limit_columns(control)
+            blocks.append(sensitivity.OrderedUniform((low.label, high.label), *LIMITED[control][1], low.units))
+        return sensitivity.Distribution(blocks)
+
+    def design(self, rows: int = ROWS) -> sensitivity.Design:
+        """Of altitude, flight path, each choice and each control with both its limits."""
+        distribution = self.distribution
+        factors = [block.names for block in distribution.blocks]
+        return sensitivity.variance_design(distribution, rows, factors=factors, replicates=REPLICATES, seed=SEED)
+
+
+CONTROLS_ONLY = "controls"
+SCENARIOS = {
+    CONTROLS_ONLY: Scenario(CONTROLS, {}),
+}
+
+
+def solve(
+    folder: Path, name: str, rows: int = ROWS, workers: int | None = None, progress: Callable | None = None
+) -> np.ndarray:
+    """Exact V_min, V_max in kn and t_min in % (n, 3) of a scenario's design, NaN where there is none.
+
+    Raises:
+        InputError: as `distribution.compute`.
+    """
+    from gtm_fmu.distribution import compute
+    from gtm_fmu.store import open_cases
+
+    scenario, store = SCENARIOS[name], folder / f"{name}.zarr"
+    compute(store, GivenCases(scenario.columns, scenario.design(rows).points), workers=workers, progress=progress)
+    data = open_cases(store)
+    return np.column_stack([data[result].values for result in RESULTS])
+
+
+def indices(name: str) -> sensitivity.VarianceIndices:
+    """Of `OUTPUTS` over a scenario, from the exact envelopes that come with the package."""
+    design = SCENARIOS[name].design()
+    with np.load(FILE) as content:
+        v_min, v_max, _ = content[name].astype(float).T
+    width = v_max - v_min
+    outputs = np.column_stack([np.isfinite(width), np.nan_to_num(width)])
+    return sensitivity.variance_indices(design.attach(design.points, outputs, OUTPUTS))
+
+
+def results() -> dict[str, Any]:
+    """Indices of every scenario as plain numbers, and the surface whose limits matter least for each output."""
+    found = {}
+    for name in SCENARIOS:
+        every = indices(name)
+        surfaces = [(k, factor[0].split("_")[0]) for k, factor in enumerate(every.factors) if len(factor) > 1]
+        least = {
+            output: min((every.total.value[k, j], surface) for k, surface in surfaces if surface != "throttle")[1]
+            for j, output in enumerate(every.output_names)
+        }
+        found[name] = every.to_dict() | {"least_surface": least}
+    return found
+
+
+def main() -> int:
+    """Compute the envelopes of both designs and write the file of the package into a folder."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="where the data sets go, and the file made of them")
+    parser.add_argument("--workers", type=int, help="processes; default one a core")
+    given = parser.parse_args()
+    found = {}
+    try:
+        with stages(Console(stderr=True)) as stage:
+            for name in SCENARIOS:
+                with stage(f"Envelopes of {name}") as advance:
+                    found[name] = solve(given.folder, name, workers=given.workers, progress=advance)
+        write_arrays(given.folder / FILE.name, found)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

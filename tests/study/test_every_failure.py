@@ -1,0 +1,58 @@
+"""Everything that may fail at once: the kept envelopes, and what their indices say."""
+
+import numpy as np
+import pytest
+
+from gtm_fmu import envelope
+from gtm_fmu.inputs import failure
+from study import every_failure
+from study.every_failure import FILE, OUTPUTS, SCENARIOS
+
+
+@pytest.fixture(scope="module")
+def kept() -> dict[str, np.ndarray]:
+    with np.load(FILE) as content:
+        return {name: content[name] for name in content.files}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_kept_envelopes_are_those_of_the_solver(kept, name):
+    scenario = SCENARIOS[name]
+    points = scenario.design().points
+    assert kept[name].shape == (len(points), 3)
+    for k in np.random.default_rng(3).choice(len(points), 12, replace=False):
+        case = {column.name: value for column, value in zip(scenario.columns, points[k].tolist(), strict=True)}
+        found = envelope(case["altitude"], case["gamma"], failure(case))
+        assert found.feasible == np.isfinite(kept[name][k, 0])
+        if found.feasible:
+            np.testing.assert_allclose(kept[name][k, :2], [found.v_min_kt, found.v_max_kt], atol=0.002)
+
+
+def test_each_control_is_redrawn_with_both_limits():
+    design = SCENARIOS["controls"].design(64)
+    assert [len(factor) for factor in design.factors] == [1, 1, 2, 2, 2, 2]
+    assert design.n_evaluations == 64 * (2 * 6 + 2)
+    assert design.n_outside == 0
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_aileron_matters_least(kept, name):
+    """By its total index for both outputs, and by a count that needs no index.
+
+    What a whole range of a control makes of the share of the cases with an envelope, against a narrow one.
+    """
+    found = every_failure.results()[name]
+    assert found["least_surface"] == dict.fromkeys(OUTPUTS, "aileron")
+    total = {
+        factor.split("_")[0]: values["total"]["value"]
+        for factor, values in found["outputs"]["width_kt"]["indices"].items()
+    }
+    assert total["aileron"] < total["rudder"] < total["elevator"]
+    has_envelope, points = np.isfinite(kept[name][:, 0]), SCENARIOS[name].design().points
+    columns = [column.name for column in SCENARIOS[name].columns]
+    gain = {}
+    for control in ("elevator", "aileron", "rudder"):
+        lower, upper = (points[:, columns.index(f"{control}_{side}")] for side in ("lower", "upper"))
+        share = (upper - lower) / np.ptp(points[:, columns.index(f"{control}_upper")])
+        gain[control] = has_envelope[share > 0.5].mean() - has_envelope[share < 0.1].mean()
+    assert min(gain, key=gain.__getitem__) == "aileron"
