@@ -129,7 +129,8 @@ static void widen(ends *e, long n, const double *v, const double *thrust, double
 
 static void widen_by(ends *e, const cell *c, double w, double available)
 {
-    const curve *a = w == 1 ? &c->b : &c->a, *b = w == 0 ? &c->a : &c->b;
+    const curve *a = w == 1 ? &c->b : &c->a;
+    const curve *b = w == 0 ? &c->a : &c->b;
     const double slowest = between(w, a->slowest, b->slowest), fastest = between(w, a->fastest, b->fastest);
     const long speeds = c->map->speeds;
     const place at = {c->j, w};
@@ -187,7 +188,8 @@ static void widen_by_parabola(ends *e, const cell *c, double from, double to, in
 static void widen_by_crossings(ends *e, const cell *c, double from, double to, int is_fast, double available)
 {
     const double end_a = is_fast ? c->a.fastest : c->a.slowest, end_b = is_fast ? c->b.fastest : c->b.slowest;
-    const curve *further = (end_a < end_b) == !is_fast ? &c->a : &c->b;
+    const int is_a_further = is_fast ? !(end_a < end_b) : end_a < end_b;
+    const curve *further = is_a_further ? &c->a : &c->b;
     const long speeds = end_a == end_b ? 0 : c->map->speeds; /* an end that stays passes none of them */
     double reached = end_a < end_b ? from : to;
     const double last = end_a < end_b ? to : from;

@@ -63,13 +63,16 @@ static int runge_kutta_4(double *x, const double *u, double dt)
 {
     double k1[GTM_NX], k2[GTM_NX], k3[GTM_NX], k4[GTM_NX], stage[GTM_NX];
     int fault = safe_derivatives(x, u, k1);
+    if (fault) return fault;
     for (int i = 0; i < GTM_NX; i++) stage[i] = x[i] + 0.5 * dt * k1[i];
-    if (!fault) fault = safe_derivatives(stage, u, k2);
+    fault = safe_derivatives(stage, u, k2);
     if (fault) return fault;
     for (int i = 0; i < GTM_NX; i++) stage[i] = x[i] + 0.5 * dt * k2[i];
-    if ((fault = safe_derivatives(stage, u, k3))) return fault;
+    fault = safe_derivatives(stage, u, k3);
+    if (fault) return fault;
     for (int i = 0; i < GTM_NX; i++) stage[i] = x[i] + dt * k3[i];
-    if ((fault = safe_derivatives(stage, u, k4))) return fault;
+    fault = safe_derivatives(stage, u, k4);
+    if (fault) return fault;
     for (int i = 0; i < GTM_NX; i++) x[i] += dt / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
     return gtm_state_fault(x);
 }

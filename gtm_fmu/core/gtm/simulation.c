@@ -193,12 +193,16 @@ static int runge_kutta_4(part *at, double x[NX], double dt)
 {
     double k1[NX], k2[NX], k3[NX], k4[NX], y[NX];
     int fault = stage(at, x, 0, k1);
+    if (fault) return fault;
     for (int i = 0; i < NX; i++) y[i] = x[i] + 0.5 * dt * k1[i];
-    if (fault || (fault = stage(at, y, 0.5 * dt, k2))) return fault;
+    fault = stage(at, y, 0.5 * dt, k2);
+    if (fault) return fault;
     for (int i = 0; i < NX; i++) y[i] = x[i] + 0.5 * dt * k2[i];
-    if ((fault = stage(at, y, 0.5 * dt, k3))) return fault;
+    fault = stage(at, y, 0.5 * dt, k3);
+    if (fault) return fault;
     for (int i = 0; i < NX; i++) y[i] = x[i] + dt * k3[i];
-    if ((fault = stage(at, y, dt, k4))) return fault;
+    fault = stage(at, y, dt, k4);
+    if (fault) return fault;
     for (int i = 0; i < NX; i++) x[i] += dt / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
     return gtm_configured_state_fault(&at->airframe, x);
 }
