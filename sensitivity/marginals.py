@@ -39,6 +39,14 @@ class Marginal:
         if middle.ndim or not np.isfinite(middle):
             raise ValueError(f"The law of {self.name} has no finite median: give one number for each parameter.")
 
+    def __repr__(self) -> str:
+        """As it can be typed in, the law too; SciPy's own text of that is an address in memory."""
+        family, law = getattr(self.law, "dist", None), repr(self.law)
+        if family is not None and hasattr(self.law, "args"):
+            given = [*map(str, self.law.args), *(f"{name}={value}" for name, value in self.law.kwds.items())]
+            law = f"stats.{family.name}({', '.join(given)})"
+        return f"Marginal({self.name!r}, {law}, {self.unit!r})"
+
     @property
     def names(self) -> tuple[str, ...]:
         """The input's name."""

@@ -141,7 +141,9 @@ def _shares(failure: Failure) -> GlobalShares:
         names = ("altitude", "gamma", "rudder.lower", "rudder.upper", "rudder")
         total = dict(zip(names, _rows(found.total, found.output_names), strict=True))
         return GlobalShares("V_min and V_max of the failed rudders that leave an envelope", found.output_names, total)
-    every = every_failure.indices(every_failure.CONTROLS_ONLY)
+    is_whole = failure.configuration == Failure().configuration
+    every = every_failure.indices(every_failure.CONTROLS_ONLY if is_whole else every_failure.EVERYTHING)
+    failing = "all four controls fail" if is_whole else "controls, engines and structure fail"
     width = every_failure.OUTPUTS[-1:]
     by_control = {
         factor[0].split("_")[0]: {name: row[name] for name in width}
@@ -149,7 +151,7 @@ def _shares(failure: Failure) -> GlobalShares:
     }
     by_control |= {f"throttle_{engine}": by_control["throttle"] for engine in ("left", "right")}
     total = {f"{name}{side}": row for name, row in by_control.items() for side in ("", ".lower", ".upper")}
-    return GlobalShares("the width of the envelope, where all four controls fail at once", width, total)
+    return GlobalShares(f"the width of the envelope, where {failing} at once", width, total)
 
 
 def _rows(estimate: Estimate, names: tuple[str, ...]) -> list[dict[str, float]]:

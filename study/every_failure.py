@@ -1,8 +1,8 @@
 """Everything that may fail at once: what matters for the envelope that is left, and which surface matters least.
 
-Limits of all four controls over their triangles, at any altitude and flight path of the paper. The exact envelopes of a
-design come with the package; ``python -m study.every_failure FOLDER`` computes them anew (a quarter of an hour of
-processor time), and goes on where it was stopped.
+Limits of all four controls over their triangles, and beside them damage and an engine that is out, at any altitude and
+flight path of the paper. The exact envelopes of two designs come with the package; ``python -m study.every_failure
+FOLDER`` computes them anew (half an hour of processor time), and goes on where it was stopped.
 """
 
 import argparse
@@ -21,12 +21,15 @@ import sensitivity
 from gtm_fmu.airframe.names import CONTROLS
 from gtm_fmu.cases import GivenCases
 from gtm_fmu.errors import InputError
-from gtm_fmu.inputs import INPUTS, LIMITED, Column, limit_columns
+from gtm_fmu.inputs import CHOICES, INPUTS, LIMITED, Column, limit_columns
+from sensitivity.redraw_ratios import RedrawRatios
 from study.off_lattice import ALTITUDE_FT, GAMMA_DEG
 from study.progress import stages
 from study.rudder_grid import RESULTS, write_arrays
 
 ROWS, REPLICATES, SEED = 512, 8, 0
+SURFACES = CONTROLS[:3]
+CONFIDENCE, BOOTSTRAP = 0.95, 1000
 FILE = Path(str(files("study") / "data" / "every_failure.npz"))
 OUTPUTS = ("has_envelope", "width_kt")
 """Whether there is an envelope, and V_max less V_min: 0 without one."""
@@ -71,9 +74,12 @@ class Scenario:
         return sensitivity.variance_design(distribution, rows, factors=factors, replicates=REPLICATES, seed=SEED)
 
 
-CONTROLS_ONLY = "controls"
+CONTROLS_ONLY, EVERYTHING = "controls", "everything"
+ENGINES = ("none", "left", "right")
+"""Engines that may be out; with both there is no level flight."""
 SCENARIOS = {
     CONTROLS_ONLY: Scenario(CONTROLS, {}),
+    EVERYTHING: Scenario(CONTROLS, {"damage_case": len(CHOICES["damage_case"]), "engine_out": len(ENGINES)}),
 }
 
 
@@ -94,27 +100,39 @@ def solve(
     return np.column_stack([data[result].values for result in RESULTS])
 
 
-def indices(name: str) -> sensitivity.VarianceIndices:
-    """Of `OUTPUTS` over a scenario, from the exact envelopes that come with the package."""
+def evaluated(name: str) -> sensitivity.EvaluatedDesign:
+    """A scenario's design with `OUTPUTS`, from the exact envelopes that come with the package."""
     design = SCENARIOS[name].design()
     with np.load(FILE) as content:
         v_min, v_max, _ = content[name].astype(float).T
     width = v_max - v_min
-    outputs = np.column_stack([np.isfinite(width), np.nan_to_num(width)])
-    return sensitivity.variance_indices(design.attach(design.points, outputs, OUTPUTS))
+    return design.attach(design.points, np.column_stack([np.isfinite(width), np.nan_to_num(width)]), OUTPUTS)
+
+
+def indices(name: str) -> sensitivity.VarianceIndices:
+    """Of `OUTPUTS` over a scenario."""
+    return sensitivity.variance_indices(evaluated(name))
+
+
+def least(found: sensitivity.EvaluatedDesign, output: str) -> list[str]:
+    """The surface whose limits matter least, by S^T, and those that the sampling does not tell apart from it."""
+    j, factors = found.output_names.index(output), found.design.factors
+    by_surface = {factor[0].split("_")[0]: factor for factor in factors if len(factor) > 1}
+    ratios = RedrawRatios(found, CONFIDENCE, BOOTSTRAP, SEED)
+    total = {surface: ratios.total(by_surface[surface]) for surface in SURFACES}
+    values = ratios.estimate(list(total.values())).value[:, j]
+    first, *others = (SURFACES[k] for k in np.argsort(values))
+    further = ratios.estimate([total[other] - total[first] for other in others])
+    return [first, *(other for other, lower in zip(others, further.lower[:, j], strict=True) if lower <= 0.0)]
 
 
 def results() -> dict[str, Any]:
-    """Indices of every scenario as plain numbers, and the surface whose limits matter least for each output."""
+    """Indices of every scenario as plain numbers, with what `least` says for each output."""
     found = {}
     for name in SCENARIOS:
-        every = indices(name)
-        surfaces = [(k, factor[0].split("_")[0]) for k, factor in enumerate(every.factors) if len(factor) > 1]
-        least = {
-            output: min((every.total.value[k, j], surface) for k, surface in surfaces if surface != "throttle")[1]
-            for j, output in enumerate(every.output_names)
-        }
-        found[name] = every.to_dict() | {"least_surface": least}
+        runs = evaluated(name)
+        surfaces = {output: least(runs, output) for output in OUTPUTS}
+        found[name] = sensitivity.variance_indices(runs).to_dict() | {"least_surfaces": surfaces}
     return found
 
 

@@ -9,6 +9,15 @@ LABELS = {
     "gamma_deg": r"$\gamma$",
     "rudder_lower_deg": r"$\delta_{r,min}$",
     "rudder_upper_deg": r"$\delta_{r,max}$",
+    **{
+        f"{control}_{side}_{unit}": rf"$\delta_{{{letter},{end}}}$"
+        for control, letter, unit in (("elevator", "e", "deg"), ("aileron", "a", "deg"), ("throttle", "th", "pct"))
+        for side, end in (("lower", "min"), ("upper", "max"))
+    },
+    "damage_case": "damage",
+    "engine_out": "engine out",
+    "has_envelope": "there is an envelope",
+    "width_kt": "$V_{max} - V_{min}$",
     "v_min_kt": "$V_{min}$",
     "v_max_kt": "$V_{max}$",
 }

@@ -98,6 +98,8 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
                 indices, published=published.VARIANCE_INDICES, published_label="paper", labels=figures.LABELS
             )
             save_figure(chart, output / "indices.png")
+            everything = every_failure.indices(every_failure.EVERYTHING)
+            save_figure(plot_bars(everything, labels=figures.LABELS), output / "failures.png")
         results["fmus"] = [dynamics.name, surrogate.name]
         write_text(json.dumps(results, indent=1, allow_nan=False), output / "results.json")
         write_text(report.markdown(results), output / "results.md")

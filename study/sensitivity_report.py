@@ -73,10 +73,16 @@ def _every(every: Mapping[str, Any]) -> str:
                 cells = (f"{value['value']:.3f} ({value['lower']:.3f} .. {value['upper']:.3f})" for value in estimates)
                 rows.append((f"{output}: {factor.replace(',', ', ')}", *cells))
         mean = found["outputs"]["has_envelope"]["mean"]
-        least = " and ".join(f"{surface} for {output}" for output, surface in found["least_surface"].items())
+        said = (f"{_words(found['least_surfaces'][output])} for {output}" for output in found["outputs"])
         parts.append(
             f"{name.capitalize()}: {found['n_evaluations']} exact envelopes, {mean:.0%} of the cases have one. The "
-            f"surface whose limits matter least (S^T): {least}. The 95 % intervals are of the sampling alone; there "
-            f"is no surrogate.\n\n{table(('factor', *KINDS.values()), rows)}"
+            f"surface whose limits matter least (S^T): {', '.join(said)}. The 95 % intervals are of the sampling; "
+            f"there is no surrogate.\n\n{table(('factor', *KINDS.values()), rows)}"
         )
     return "\n".join(parts)
+
+
+def _words(surfaces: list[str]) -> str:
+    """The first surface, and those that are not told apart from it."""
+    least, *others = surfaces
+    return f"{least} (not told apart from {' and '.join(others)})" if others else least

@@ -33,6 +33,15 @@ def redrawn_joint(block, marks, seed):
 
 
 class TestMarginal:
+    def test_its_text_can_be_typed_in(self):
+        """Without an address in memory, so that results of the same design are the same text."""
+        for law in (stats.norm(2, 0.5), stats.gumbel_r(loc=800, scale=100), stats.randint(0, 7)):
+            text = repr(Marginal("x", law, "mm"))
+            again = eval(text)
+            assert again.law.stats() == law.stats()
+            assert (again.unit, repr(again)) == ("mm", text)
+        assert repr(Marginal("x", stats.norm(2, 0.5))) == "Marginal('x', stats.norm(2, 0.5), '')"
+
     @pytest.mark.parametrize("law", [stats.norm(2.0, 0.5), stats.beta(2, 5), stats.gumbel_r(1, 2)])
     def test_continuous(self, law):
         assert_distributed(Marginal("x", law).sample(unit(1, 1))[:, 0], law.cdf)

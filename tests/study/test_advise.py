@@ -115,10 +115,15 @@ class TestCommand:
         ]
         assert all(len(line) <= 80 for line in lines)
 
-    def test_other_failures_stand_beside_the_width_of_all_of_them(self, ask):
-        command = "advise --altitude-ft 3000 --rudder-deg 5 5 --aileron-deg -3 5 --engine-out left --json"
-        shares = ask(command).json["global_indices"]
-        assert "where all four controls fail at once" in shares["of"]
+    @pytest.mark.parametrize(
+        ("further", "what"), [("", "all four controls"), ("--engine-out left", "controls, engines")]
+    )
+    def test_other_failures_stand_beside_the_width_of_all_of_them(self, ask, further, what):
+        answer = ask(
+            f"advise --altitude-ft 3000 --rudder-deg 5 5 --aileron-deg -3 5 {further} --json".replace("  ", " ")
+        )
+        shares = answer.json["global_indices"]
+        assert f"the width of the envelope, where {what}" in shares["of"]
         assert set(shares["total"]) >= {"altitude", "gamma", "rudder", "aileron.lower", "throttle.upper"}
         assert shares["total"]["aileron.lower"] == shares["total"]["aileron.upper"]
 

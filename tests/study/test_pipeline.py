@@ -24,12 +24,20 @@ from study.rudder_grid import Cells
 from surrogate import Schedule
 
 PICTURES = {
-    f"{name}.png" for name in ("envelope_jams", "regression", "performance", "errors", "emulator_jams", "indices")
+    f"{name}.png"
+    for name in ("envelope_jams", "regression", "performance", "errors", "emulator_jams", "indices", "failures")
 }
 NETWORKS = {"rudder_speeds.json", "rudder_throttle.json"}
 FMUS = {"GtmDynamics.fmu", "GtmSurrogate.fmu"}
 PROMISED = {*PICTURES, *NETWORKS, *FMUS, "envelopes.zarr", "results.json", "results.md"}
-AFTER_THE_NETWORKS = {"GtmSurrogate.fmu", "emulator_jams.png", "indices.png", "results.json", "results.md"}
+AFTER_THE_NETWORKS = {
+    "GtmSurrogate.fmu",
+    "emulator_jams.png",
+    "indices.png",
+    "failures.png",
+    "results.json",
+    "results.md",
+}
 ALTITUDES_FT, GAMMAS_DEG, RUDDERS_DEG = (0.0, 20000.0), (-4.0, 0.0, 4.0), (-20.0, 0.0, 20.0)
 TRIMS, CASES, EPOCHS, ROUNDS = 6, 6, 5, 2
 
@@ -146,7 +154,7 @@ class TestResults:
             "with an envelope": speeds,
             "whether": speeds[:2],
         }
-        assert set(results["failures"]) == {"controls"}
+        assert set(results["failures"]) == {"controls", "everything"}
 
 
 class TestAgain:

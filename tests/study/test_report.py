@@ -74,7 +74,7 @@ RESULTS = {
     "failures": {
         "controls": {
             "n_evaluations": 123456,
-            "least_surface": {"has_envelope": "rudder", "width_kt": "aileron"},
+            "least_surfaces": {"has_envelope": ["rudder", "aileron"]},
             "outputs": {
                 "has_envelope": {
                     "mean": 0.2345, "indices": {"engine_out": {"first": estimate(0.31), "total": estimate(0.72)}},
@@ -146,12 +146,12 @@ class TestTable:
         assert "no index moves by more than 0.0057" in text
         assert "sums over 7 x 8 x 9 cells" in text
         assert "5.7% of the cases have no envelope" in text
-        assert "The 95 % intervals are of the sampling alone" in text
+        assert "The 95 % intervals are of the sampling; there is no surrogate" in text
 
     def test_everything_that_may_fail(self, tables):
         text = markdown(RESULTS)
         assert "Controls: 123456 exact envelopes, 23% of the cases have one" in text
-        assert "matter least (S^T): rudder for has_envelope and aileron for width_kt" in text
+        assert "matter least (S^T): rudder (not told apart from aileron) for has_envelope." in text
         assert tables[-1][-1] == ["has_envelope: engine_out", "0.310 (0.300 .. 0.320)", "0.720 (0.710 .. 0.730)"]
 
     def test_it_is_markdown(self):
