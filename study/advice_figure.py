@@ -26,6 +26,7 @@ def plot_advice(found: Advice) -> Figure:
         axes.axvline(0.0, color="black", linewidth=0.8)
         axes.set_title(f"{name}, now {speeds[k]:.1f} kn")
         axes.set_xlabel("change, kn")
+        axes.use_sticky_edges = False  # a bar's foot would cut off what lies on it
         axes.margins(x=0.12)
     width = 0.8 / len(shares.outputs)
     for k, output in enumerate(shares.outputs):
@@ -33,8 +34,11 @@ def plot_advice(found: Advice) -> Figure:
         label = {"v_min_kt": "$V_{min}$", "v_max_kt": "$V_{max}$"}.get(output, "width")
         place = np.array(rows) + 0.4 - (k + 0.5) * width
         panels[2].barh(place, total, 0.95 * width, color=(SHARE, "#e09f3e")[k], label=label)
-    panels[2].set(title="all such failures", xlabel="total index $S^T$")
-    panels[2].legend(frameon=False, loc="center right")
+    if len(shares.outputs) > 1:
+        panels[2].legend(frameon=False, loc="center right")
+        panels[2].set(title="all such failures", xlabel="total index $S^T$")
+    else:
+        panels[2].set(title="all such failures", xlabel=f"total index $S^T$ of the {label}")
     panels[0].set_yticks(rows, list(map(moved, moves)))
     for axes in panels:
         axes.spines[["top", "right"]].set_visible(False)
@@ -53,7 +57,8 @@ def _draw(axes, row: int, move: Move, end: int, sign: float, now_kt: float | Non
     """One bar with its diamond."""
     to = (move.change.v_min_kt, move.change.v_max_kt)[end]
     if to is None or now_kt is None:
-        axes.text(0.0, row, " no envelope left", va="center", color=NARROWER, fontsize="small")
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+        axes.text(0.0, row, "no envelope left", va="center", ha="center", color=NARROWER, fontsize="small", bbox=box)
         return
     change = to - now_kt
     axes.barh(row, change, 0.7, color=NARROWER if sign * change > 0 else WIDER)

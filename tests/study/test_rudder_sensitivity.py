@@ -1,6 +1,7 @@
 """What matters for a failed rudder: exact indices against those found otherwise, and what explains the paper's."""
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,16 @@ from sensitivity import TabulatedIndices
 from study import published, rudder_grid
 from study.emulator import PAPER, RudderEmulator
 from study.rudder_grid import EXACT_CELLS, Cells, RudderGrid, mapped
-from study.rudder_sensitivity import AS_IN_THE_PAPER, LIMITS, NAMES, WITH_AN_ENVELOPE, answers, apart, of_network
+from study.rudder_sensitivity import (
+    AS_IN_THE_PAPER,
+    LIMITS,
+    NAMES,
+    WHETHER,
+    WITH_AN_ENVELOPE,
+    answers,
+    apart,
+    of_network,
+)
 
 ALTITUDE, LOWER, UPPER, BOTH = NAMES[0], *LIMITS, ",".join(LIMITS)
 EVERY_LIMIT = range(-30, 31, 10)
@@ -113,6 +123,25 @@ def test_ranges_are_unions_of_jams(truth):
         if found.feasible:
             assert -1e-3 < v_min - found.v_min_kt < 0.15
             assert -0.15 < v_max - found.v_max_kt < 1e-3
+
+
+def test_the_table_of_the_page(exact, truth, network):
+    """docs/sensitivity.md: V_min and V_max as in the paper, by a network and with an envelope; and whether."""
+    page = (Path(__file__).parents[2] / "docs/sensitivity.md").read_text()
+    table = page.split("| index | as in the paper: exact |")[1].split("\n\n")[0].splitlines()[2:]
+    factors = {"altitude": ALTITUDE, "flight path": NAMES[1], "the lower limit": LOWER, "the upper limit": UPPER}
+    by_network, output = of_network(truth, network)[AS_IN_THE_PAPER], ""
+    for line in table:
+        name, *cells = (cell.strip() for cell in line.strip("|").split("|"))
+        output = f"{name[:5].lower()}_kt" if name.startswith("V_m") else output
+        kind, factor = name.rpartition(": ")[2].split(" of ", 1)
+        asked = output, factors.get(factor, BOTH), {"S": "first", "S^T": "total"}[kind]
+        found = [index(answer, *asked) for answer in (exact[AS_IN_THE_PAPER], by_network, exact[WITH_AN_ENVELOPE])]
+        assert [float(cells[k]) for k in (0, 1, 3)] == pytest.approx(found, abs=0.0011)
+        if cells[4]:
+            whether = index(exact[WHETHER], "has_envelope", *asked[1:])
+            assert float(cells[4]) == pytest.approx(whether, abs=0.0011)
+    assert len(table) == 13
 
 
 class KnownSpeeds:
