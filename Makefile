@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/errors.py \
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
-	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py))
+	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py)) surrogate/core/network.c
 
 .PHONY: study test benchmarks publish-benchmarks clean
 
@@ -30,4 +30,4 @@ publish-benchmarks:
 	touch $@
 
 clean:
-	rm -rf .venv build dist *.egg-info gtm_fmu/core/generated gtm_fmu/core/gtm_core.so
+	rm -rf .venv build dist *.egg-info gtm_fmu/core/generated gtm_fmu/core/gtm_core.so surrogate/core/network.so

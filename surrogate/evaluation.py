@@ -47,8 +47,10 @@ def check_result_names(inputs: Sequence[Variable], outputs: Sequence[Variable]) 
             raise ValueError(f"'{name}' is what a model calls {meaning}: rename that column.")
 
 
-def evaluate_by_blocks(evaluate: Callable[[Array], Array], X: ArrayLike, inputs: Sequence[Variable]) -> Array:
-    """A function of inputs (n, d) at X (..., d).
+def evaluate_by_blocks(
+    evaluate: Callable[[Array], Array], X: ArrayLike, inputs: Sequence[Variable], block: int = BLOCK
+) -> Array:
+    """A function of inputs (n, d) at X (..., d), `block` samples at a time.
 
     Raises:
         ValueError: X is not finite, lacks an input, or lies so far out that the results are no numbers.
@@ -60,9 +62,9 @@ def evaluate_by_blocks(evaluate: Callable[[Array], Array], X: ArrayLike, inputs:
     if not np.isfinite(X).all():
         raise ValueError("the inputs hold values that are not finite: leave those samples out.")
     samples = X.reshape(-1, len(inputs))
-    starts = range(0, max(len(samples), 1), BLOCK)
+    starts = range(0, max(len(samples), 1), block)
     with np.errstate(over="ignore", invalid="ignore"):
-        blocks = [evaluate(samples[start : start + BLOCK]) for start in starts]
+        blocks = [evaluate(samples[start : start + block]) for start in starts]
     if not all(np.isfinite(block).all() for block in blocks):
         raise ValueError("the inputs lie so far from the training data that the outputs are no numbers: go nearer.")
     return np.concatenate(blocks).reshape(*X.shape[:-1], *blocks[0].shape[1:])

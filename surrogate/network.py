@@ -1,8 +1,12 @@
-"""A trained network in closed form: values, slopes and standard deviations by NumPy alone (paper eqs. 41-46)."""
+"""A trained network in closed form: values, slopes and standard deviations (paper eqs. 41-46).
+
+NumPy alone serves; values come from compiled C where the package was built.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 from itertools import pairwise
 from math import prod
 from pathlib import Path
@@ -11,8 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from surrogate.core import PackedNetwork, library
 from surrogate.evaluation import Variable, check_names, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
 from surrogate.scaling import Array, from_symmetric, to_symmetric
+
+COMPILED_BLOCK = 2**16
+"""Samples that are handed to C at once; it cuts them up further."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +93,8 @@ class Network:
 
     def predict(self, X: ArrayLike) -> Array:
         """Outputs (..., m) in their units, at the inputs X (..., d) in theirs."""
+        if compiled := library():
+            return evaluate_by_blocks(partial(self._packed.outputs, compiled), X, self.inputs, COMPILED_BLOCK)
 
         def outputs(X: Array) -> Array:
             y_p = self._activations(X)[-1] @ self.weights[-1].T + self.biases[-1]
@@ -146,6 +156,10 @@ class Network:
         from surrogate.storage import read_model
 
         return read_model(Path(path), cls)
+
+    @cached_property
+    def _packed(self) -> PackedNetwork:
+        return PackedNetwork(self.weights, self.biases, self.input_ranges, self.target_ranges)
 
     def _activations(self, X: Array) -> list[Array]:
         """Scaled inputs a_0 (n, d), and the outputs a_l (n, S_l) of the hidden layers."""

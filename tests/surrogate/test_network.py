@@ -4,13 +4,14 @@ import subprocess
 import sys
 from dataclasses import replace
 from itertools import pairwise
-from math import exp
+from math import exp, tanh
 
 import numpy as np
 import pytest
 import torch
 
 from surrogate import Network, Schedule, Variable, train_networks
+from surrogate.core import PackedNetwork, library
 from tests.surrogate.conftest import INPUTS, OUTPUTS, random_inputs, smooth_function
 
 
@@ -81,6 +82,37 @@ def test_many_samples_are_each_evaluated_as_if_alone(network):
     assert network.predict(np.empty((0, 3))).shape == (0, 2)
     assert network.gradient(np.empty((0, 3))).shape == (0, 2, 3)
     assert network.predict_std(np.empty((0, 3))).shape == (0, 2)
+
+
+@pytest.mark.parametrize("sizes", [(3, 1, 2), (3, 4, 2), (3, 17, 5, 2), (3, 9, 8, 7, 2)])
+def test_compiled_and_numpy_evaluation_agree(sizes, monkeypatch):
+    """To 1e-14 of the targets' ranges, in whole and broken blocks, and far outside, where tanh is 1 or its slope."""
+    assert library() is not None
+    network = random_network(sizes)
+    X = np.concatenate([random_inputs(1000, seed=13), 1e6 * random_inputs(129, seed=14), [[4500.0, 0.0, 0.0]]])
+    compiled = network.predict(X)
+    monkeypatch.setattr("surrogate.network.library", lambda: None)
+    off = np.abs(compiled - network.predict(X)) / np.ptp(network.target_ranges, axis=1)
+    assert off[:1000].max() < 1e-14
+    assert off.max() < 1e-13
+
+
+def test_compiled_evaluation_does_not_depend_on_a_samples_place():
+    network, X = random_network((3, 10, 2)), random_inputs(300, seed=15)
+    alone = np.array([network.predict(x) for x in X])
+    assert (network.predict(X) == alone).all()
+    assert (network.predict(X[::-1]) == alone[::-1]).all()
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-9, 1e-3, 0.17, 1.0, 18.0, 25.0, 1e300])
+def test_compiled_tanh_is_right_to_4_units_in_the_last_place(size):
+    """Against the C library's; a network of one neuron whose scales are 1 gives tanh itself."""
+    X = np.random.default_rng(16).uniform(-size, size, (2000, 1))
+    one, unit = np.ones((1, 1)), np.array([[-1.0, 1.0]])
+    packed = PackedNetwork((one, one), (np.zeros(1), np.zeros(1)), unit, np.array([[-1.0, 1.0]]))
+    found = packed.outputs(library(), X)[:, 0]
+    expected = np.array([tanh(x - (-1.0) - 1.0) for x in X[:, 0]])
+    np.testing.assert_allclose(found + 0.0, expected, rtol=1e-15, atol=2e-16)
 
 
 def test_gradient_agrees_with_central_differences(network):
@@ -215,6 +247,6 @@ print([name for name in ("torch", "sklearn", "scipy", "casadi", "xarray", "panda
 """
     command = [sys.executable, "-c", code, str(tmp_path / "network.json")]
     own, others = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    names = ("evaluation", "local_models", "network", "partitions", "scaling", "storage")
+    names = ("core", "evaluation", "local_models", "network", "partitions", "scaling", "storage")
     assert own == str([f"surrogate.{name}" for name in names])
     assert others == "[]"
