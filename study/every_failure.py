@@ -27,7 +27,7 @@ from study.off_lattice import ALTITUDE_FT, GAMMA_DEG
 from study.progress import stages
 from study.rudder_grid import RESULTS, write_arrays
 
-ROWS, REPLICATES, SEED = 512, 8, 0
+ROWS, REPLICATES, SEED = 1024, 8, 0
 SURFACES = CONTROLS[:3]
 CONFIDENCE, BOOTSTRAP = 0.95, 1000
 FILE = Path(str(files("study") / "data" / "every_failure.npz"))

@@ -174,7 +174,7 @@ def test_a_known_function():
 
 def test_with_a_centred_cg_both_limits_matter_alike(centred, network):
     """The cg lies 0.0118 ft to the left (SPEC 3). On the plane of symmetry, the limits' indices of V_min are equal."""
-    cells = Cells(4, 4, 20)
+    cells = Cells(3, 3, 20)
 
     def limits_indices(configuration: Configuration) -> tuple[float, float]:
         ends = []
