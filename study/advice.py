@@ -9,6 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from rich.box import SIMPLE
+from rich.table import Column, Table
+
 from gtm_fmu.airframe.names import CONTROLS
 from gtm_fmu.envelope_slopes import Change, EnvelopeSlopes, Quantity, QuantitySlopes, Sides
 from gtm_fmu.failures import Failure
@@ -17,6 +20,7 @@ from study import captions, every_failure, rudder_grid, rudder_sensitivity
 
 FREE_KT = 0.005
 """A loss below this is none: the ends are known to about that."""
+_NAMES = {"v_min_kt": "V_min", "v_max_kt": "V_max"}
 
 
 @dataclass(frozen=True)
@@ -193,9 +197,11 @@ def sentences(found: Advice) -> list[str]:
         said.append("No limit of a control narrows it when its next degree or per cent is lost.")
     if found.free:
         said.append(f"Free: the next degree or per cent of {_list(found.free)} costs nothing.")
-    for name in ("gamma", "altitude"):
-        ways = [move for move in found.moves if move.quantity.name == name]
-        said.append(f"{title(ways[0].quantity).capitalize()}: {'; '.join(map(_consequence, ways))}.")
+    ways: dict[str, list[Move]] = {}
+    for move in found.moves:
+        if not move.is_limit:
+            ways.setdefault(title(move.quantity), []).append(move)
+    said += [f"{name.capitalize()}: {'; '.join(map(_consequence, both))}." for name, both in ways.items()]
     for slopes in found.slopes.slopes:
         for jump in slopes.jumps:
             end, side = jump.replace("v_m", "V_m").split(".")
@@ -243,3 +249,46 @@ def _without_envelope(found: Advice, where: str) -> list[str]:
     else:
         said.append("No altitude, flight path or limit alone brings an envelope back; more than one has to move.")
     return said
+
+
+def table(found: Advice) -> Table:
+    """The moves that cost or gain something."""
+    caption = (
+        "Slopes in kn per deg, % or 1000 ft, towards where it is moved; * a kink: the other side's differs. S^T: total "
+        f"index of {found.shares.of}."
+    )
+    shares = found.shares.outputs
+    heads = ["kn\nlost", "\nV_min", "\nV_max", "slope\nV_min", "slope\nV_max"]
+    heads += [f"S^T\n{_NAMES.get(name, name.removesuffix('_kt'))}" for name in shares]
+    columns = (Column(head, justify="right", no_wrap=True) for head in heads)
+    table = Table(
+        Column("\nmoved", no_wrap=True),
+        *columns,
+        box=SIMPLE,
+        pad_edge=False,
+        show_edge=False,
+        collapse_padding=True,
+        caption=caption,
+    )
+    for move in found.moves:
+        if abs(move.cost) <= FREE_KT:
+            continue
+        total = found.shares.total.get(move.quantity.name, {})
+        table.add_row(
+            f"{move.quantity.name} to {at(move.change.to, move.quantity.units)}",
+            "all" if move.lost_kt is None else _number(move.lost_kt),
+            _number(move.change.v_min_kt),
+            _number(move.change.v_max_kt),
+            *(_slope(move, end) for end in ("v_min", "v_max")),
+            *(_number(total.get(name)) for name in shares),
+        )
+    return table
+
+
+def _slope(move: Move, end: str) -> str:
+    slope, per = move.slope(end), 1000.0 if move.quantity.units == "ft" else 1.0
+    return _number(None if slope is None else per * slope) + ("*" if end in move.slopes.kinks else "")
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{round(value, 2) + 0.0:.2f}"

@@ -52,6 +52,9 @@ class TestWords:
             assert move.lost_kt == pytest.approx(lost, abs=0.002)
         assert moves[19.0].lost_kt < 0 < moves[21.0].lost_kt
         assert found.narrowing_most.quantity.name == "aileron.lower"  # it holds the slowest flight
+        wider, narrower = -moves[19.0].lost_kt, moves[21.0].lost_kt
+        words = f"Jam of the rudder: at 21° it is {narrower:.2f} kn narrower; at 19° it is {wider:.2f} kn wider."
+        assert words in advice.sentences(found)
 
     def test_nothing_is_left_of_it(self):
         """All of a range may be needed: without it no envelope is left, which costs more than anything."""
