@@ -1,6 +1,8 @@
 """Advice after a failure: what the command says is what envelopes solved anew say."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -167,3 +169,9 @@ def test_figure(rudder):
     assert row == lost
     assert place == pytest.approx(v_max.patches[lost].get_width(), rel=0.05)
     assert shares.get_xlabel() == "total index $S^T$"
+
+
+def test_other_commands_do_not_wait_for_it():
+    """What only advice needs is imported when it is asked for."""
+    needed = "import sys, study.cli; sys.exit('sensitivity' in sys.modules or 'scipy.stats' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", needed], timeout=60).returncode == 0
