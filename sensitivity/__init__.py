@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from . import test_functions
 from .convergence import Convergence, convergence, variance_indices_until
 from .correlated import Gaussian, GaussianCopula
+from .description import described_distribution, read_distribution
 from .design import Design, EvaluatedDesign, variance_design
 from .distributions import Block, Density, Distribution, OrderedUniform, Uniform
 from .elementary_effects import EffectsDesign, ElementaryEffects, effects_design
@@ -70,6 +71,7 @@ __all__ = [
     "VarianceIndices",
     "conditioned",
     "convergence",
+    "described_distribution",
     "effects_design",
     "from_salib",
     "full_independent_indices",
@@ -82,6 +84,7 @@ __all__ = [
     "plot_convergence",
     "plot_effects",
     "plot_pairs",
+    "read_distribution",
     "shapley_design",
     "shapley_effects",
     "tabulated_indices",

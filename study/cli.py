@@ -27,6 +27,7 @@ from study.map_command import maps
 from study.model_commands import MODEL_HELP, export, predict, train
 from study.options import ASKED, FAILURE, Alpha, Altitude, Gamma, Json, Phi, given_failure, takes
 from study.protocol_command import protocol
+from study.sensitivity_command import sensitivity
 from study.surrogate_command import networks, surrogates, thrust_map
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
@@ -291,6 +292,13 @@ app.command(epilog=example("train wing.csv --inputs span_mm,alpha_deg --outputs 
 app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(predict)
 app.command(epilog=example("export wing.json --fmu --output wing.fmu"))(export)
 app.command(epilog=example("surrogates --only 'thrust map'"))(surrogates)
+app.command(
+    epilog=example("sensitivity --method shapley --plot shapley.png")
+    + "\n  gtm-fmu sensitivity --model wing.json --input span_mm=norm:800,20 --input alpha_deg=uniform:0,8 "
+    "--input speed_m_s=weibull_min:2,0,30"
+    + "\n  gtm-fmu sensitivity --model exact --distribution failures.toml --samples 1024 --output indices.json"
+    + "\n  gtm-fmu sensitivity --data runs.csv --columns a,b --outputs y --method given-data"
+)(sensitivity)
 app.command(epilog=example("protocol --output build/protocol --splits 5"))(protocol)
 app.command(epilog=example("networks --output build/networks --device cuda"))(networks)
 app.command("thrust-map", epilog=example("thrust-map --output build/rudder_thrust_map.npz"))(thrust_map)

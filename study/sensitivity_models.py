@@ -1,0 +1,288 @@
+"""What `gtm-fmu sensitivity` can ask: the aircraft's envelopes, models of one's own and FMUs."""
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from gtm_fmu.errors import InputError
+from gtm_fmu.files import writable_folder, write_whole
+from gtm_fmu.inputs import CHOICES, INPUTS, LIMITED, QUANTITIES, limit_columns
+from sensitivity import Block, Distribution, Uniform
+
+SPEEDS = ("v_min_kt", "v_max_kt")
+AIRCRAFT = ("thrust-map", "exact", "network")
+HAS_VALUE = "has_value"
+"""The output that says whether there is an envelope, or whatever else a model gives."""
+FMU_STEPS = 1000
+"""Communication steps of a simulation, where none are given."""
+
+FAST_BLOCK = 2**16
+"""Points at a time of a model that takes microseconds."""
+
+Values = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model of named inputs.
+
+    Attributes:
+        values: maps points (n, inputs) to outputs (n, outputs), NaN where there is none.
+        identity: what the outputs follow from beside the points.
+        block: points at a time, some seconds of work at most.
+        ranges: what the inputs vary over where nothing else is said.
+    """
+
+    name: str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    values: Values
+    identity: str
+    block: int = FAST_BLOCK
+    ranges: Distribution | None = None
+
+    def over(self, distribution: Distribution) -> "Model":
+        """The same, of points whose columns are those of the distribution.
+
+        Raises:
+            InputError: the inputs are others.
+        """
+        given, wanted = distribution.names, self.inputs
+        if sorted(given) != sorted(wanted):
+            raise InputError(
+                f"The distribution is of {', '.join(given)}, but {self.name} takes {', '.join(wanted)}: describe these."
+            )
+        order = [given.index(name) for name in wanted]
+        return replace(self, inputs=given, values=lambda points: self.values(points[:, order]))
+
+    def only(self, outputs: Sequence[str]) -> "Model":
+        """The same with some of the outputs.
+
+        Raises:
+            InputError: it has no such output.
+        """
+        absent = [name for name in outputs if name not in self.outputs]
+        if absent:
+            raise InputError(f"{self.name} has no output '{absent[0]}': choose from {', '.join(self.outputs)}.")
+        columns = [self.outputs.index(name) for name in outputs]
+        return replace(self, outputs=tuple(outputs), values=lambda points: self.values(points)[:, columns])
+
+    def whether(self) -> "Model":
+        """1 where there are outputs, 0 where there are none."""
+
+        def values(points: np.ndarray) -> np.ndarray:
+            return np.isfinite(self.values(points)).all(axis=1).astype(float)[:, np.newaxis]
+
+        return replace(self, outputs=(HAS_VALUE,), values=values)
+
+    def everywhere(self) -> "Model":
+        """The same, with one sentence on the first point that has no outputs."""
+
+        def values(points: np.ndarray) -> np.ndarray:
+            found = self.values(points)
+            missing = np.flatnonzero(~np.isfinite(found).all(axis=1))
+            if missing.size:
+                at = ", ".join(f"{name} = {x:.6g}" for name, x in zip(self.inputs, points[missing[0]], strict=True))
+                raise InputError(
+                    f"{self.name} has no outputs at {at}: choose --infeasible condition or output, or other ranges."
+                )
+            return found
+
+        return replace(self, values=values)
+
+    def evaluate(self, points: np.ndarray, progress: Callable[[int], None] | None = None) -> np.ndarray:
+        """Outputs (n, outputs), block by block; `progress` is called with the number of points of each."""
+        found = []
+        for start in range(0, len(points), self.block):
+            block = points[start : start + self.block]
+            found.append(self.values(block))
+            if progress:
+                progress(len(block))
+        return np.concatenate(found) if found else np.empty((0, len(self.outputs)))
+
+
+def kept_on_disk(model: Model, folder: Path) -> Model:
+    """The same, with the outputs of every block in a file whose name is a hash of all that they follow from.
+
+    A run that was stopped asks for the same blocks again, and takes them from there.
+    """
+
+    def values(points: np.ndarray) -> np.ndarray:
+        said = f"{model.identity} {model.inputs} {points.shape}".encode()
+        path = folder / f"{hashlib.sha256(said + np.ascontiguousarray(points).tobytes()).hexdigest()}.npy"
+        with suppress(OSError, ValueError, EOFError):  # missing or cut off: computed anew
+            known = np.load(path, allow_pickle=False)
+            if known.shape == (len(points), len(model.outputs)):
+                return known
+        found = model.values(points)
+
+        def write(draft: Path) -> None:
+            with draft.open("wb") as file:
+                np.save(file, found, allow_pickle=False)
+
+        write_whole(path, write)
+        return found
+
+    writable_folder(folder)
+    return replace(model, values=values)
+
+
+def remembered(model: Model) -> Model:
+    """The same, with no point asked for twice; for a model that is slow."""
+    known: dict[bytes, np.ndarray] = {}
+
+    def values(points: np.ndarray) -> np.ndarray:
+        keys = [point.tobytes() for point in points]
+        fresh = {key: k for k, key in enumerate(keys) if key not in known}
+        if fresh:
+            known.update(zip(fresh, model.values(points[list(fresh.values())]), strict=True))
+        return np.array([known[key] for key in keys])
+
+    return replace(model, values=values)
+
+
+@contextmanager
+def opened(name: str, inputs: Sequence[str], outputs: Sequence[str], stop_time_s: float | None) -> Iterator[Model]:
+    """The model of a name (see `AIRCRAFT`), of a model's file or of an FMU, for inputs of a distribution.
+
+    Args:
+        inputs: of an FMU, or of the exact model other than the default; empty: the model's own.
+        outputs: of an FMU or where some of a model's are wanted; empty: all.
+        stop_time_s: an FMU is simulated until then, and its outputs are those at the end; None: those at the start.
+
+    Raises:
+        InputError: there is no such model, or it has no such input or output.
+    """
+    if name.endswith(".fmu"):
+        with _fmu(Path(name), inputs, outputs, stop_time_s) as model:
+            yield model
+        return
+    if stop_time_s is not None:
+        raise InputError(f"--stop-time-s is for an FMU, but the model is '{name}': leave it out.")
+    model = _aircraft(name, inputs) if name in AIRCRAFT else _of_file(name)
+    yield model.only(outputs) if outputs else model
+
+
+def _aircraft(name: str, inputs: Sequence[str]) -> Model:
+    from study.emulator import INPUTS as RUDDER
+    from study.surrogates import load_surrogate, surrogate_files
+
+    if name == "exact":
+        return _exact(tuple(inputs) or tuple(label for label, _ in RUDDER))
+    surrogate = load_surrogate(name)
+    identity = "".join(_hash(path) for path in surrogate_files(name))
+
+    def values(points: np.ndarray) -> np.ndarray:
+        found = surrogate.predict(points)
+        return np.column_stack([getattr(found, speed) for speed in SPEEDS])
+
+    return Model(f"the {name.replace('-', ' ')}", tuple(label for label, _ in RUDDER), SPEEDS, values, identity)
+
+
+def _exact(labels: tuple[str, ...]) -> Model:
+    """Envelopes by search; inputs are columns of a data set by their labels, as altitude_ft or elevator_lower_deg."""
+    from gtm_fmu import results
+    from gtm_fmu.core import library_path
+
+    names = {column.label: column.name for column in INPUTS}
+    names |= {column.label: column.name for column, _ in QUANTITIES.values()} | {name: name for name in CHOICES}
+    names |= {end.label: end.name for control in LIMITED for end in limit_columns(control)}
+    unknown = [label for label in labels if label not in names]
+    if unknown or not {"altitude_ft", "gamma_deg"} <= set(labels):
+        what = f"has no input '{unknown[0]}'" if unknown else "needs altitude_ft and gamma_deg"
+        raise InputError(f"The exact envelope {what}: its inputs are {', '.join(names)}.")
+    columns = tuple(names[label] for label in labels)
+
+    def some(points: np.ndarray) -> np.ndarray:
+        found = results.evaluate(points, inputs=columns)
+        return np.column_stack([found["v_min"], found["v_max"]])
+
+    def values(points: np.ndarray) -> np.ndarray:
+        """In threads: the search is in C, which lets the others run."""
+        with ThreadPoolExecutor(_cores()) as pool:
+            parts = np.array_split(points, max(1, min(len(points), 8 * _cores())))
+            return np.concatenate(list(pool.map(some, parts)))
+
+    return Model("the exact envelope", labels, SPEEDS, values, _hash(library_path()), block=256)
+
+
+def _of_file(name: str) -> Model:
+    from study.model_commands import load
+
+    path = Path(name)
+    if not path.is_file():
+        raise InputError(f"--model was given as '{name}': give {', '.join(AIRCRAFT)}, a model's file or an FMU.")
+    fitted = load(path)
+
+    def values(points: np.ndarray) -> np.ndarray:
+        try:
+            return fitted.predict(points)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+
+    blocks: list[Block] = [
+        Uniform(variable.name, lower, upper, variable.unit)
+        for variable, (lower, upper) in zip(fitted.inputs, fitted.input_ranges.tolist(), strict=True)
+    ]
+    inputs, outputs = (tuple(variable.name for variable in group) for group in (fitted.inputs, fitted.outputs))
+    return Model(f"'{path.name}'", inputs, outputs, values, _hash(path), ranges=Distribution(blocks))
+
+
+@contextmanager
+def _fmu(path: Path, inputs: Sequence[str], outputs: Sequence[str], stop_time_s: float | None) -> Iterator[Model]:
+    """An FMU of FMI 2.0; a refused case has no outputs."""
+    from gtm_fmu.client import FmuClient, FmuError
+    from gtm_fmu.fmu_file import read_description
+
+    if not inputs:
+        raise InputError(f"'{path}' does not tell what its inputs vary over: give --distribution or --input.")
+    if not outputs:
+        variables = read_description(path).modelVariables
+        outputs = [v.name for v in variables if v.causality == "output" and v.type == "Real"]
+    if not outputs:
+        raise InputError(f"'{path}' has no outputs that are real numbers: name others with --outputs.")
+    if stop_time_s is not None and not (np.isfinite(stop_time_s) and stop_time_s > 0):
+        raise InputError(f"--stop-time-s was given as {stop_time_s:g}: give a time above 0.")
+    try:
+        client = FmuClient(path)
+    except FmuError as error:
+        raise InputError(str(error)) from None
+    with client:
+        client.get(outputs)  # an unknown name is told before anything is computed
+        for known in inputs:
+            client.reference(known)
+
+        def case(point: np.ndarray) -> np.ndarray:
+            try:
+                if stop_time_s is not None:
+                    client.reset()
+                client.set(inputs, point)
+                if stop_time_s is not None:
+                    for _ in range(FMU_STEPS):
+                        client.step(stop_time_s / FMU_STEPS)
+                return client.get(outputs)
+            except FmuError:
+                with suppress(FmuError):
+                    client.reset()
+                return np.full(len(outputs), np.nan)
+
+        def values(points: np.ndarray) -> np.ndarray:
+            return np.array([case(point) for point in points])
+
+        block = 16 if stop_time_s is not None else 4096
+        identity = f"{_hash(path)} {tuple(outputs)} {stop_time_s}"
+        yield Model(f"'{path.name}'", tuple(inputs), tuple(outputs), values, identity, block)
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
