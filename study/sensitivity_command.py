@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -85,6 +86,7 @@ def sensitivity(
     stop_time_s: Annotated[
         float | None, typer.Option(help="Simulate an FMU until then and take its last outputs; default: its first.")
     ] = None,
+    step_s: Annotated[float, typer.Option(help="Communication step of that simulation.")] = 0.01,
     data: Annotated[Path | None, typer.Option(help="A table of runs in the place of a model; needs --columns.")] = None,
     columns: Annotated[str | None, typer.Option(metavar="NAMES", help="Columns of the table that are inputs.")] = None,
     method: Annotated[
@@ -121,7 +123,7 @@ def sensitivity(
     asked = Asked(method, samples or 0, sampling, replications, seed, confidence, order, chosen, until)
     _check_asked(asked, samples)
     kept = output.with_name(f"{output.name}.unfinished") if output and data is None else None
-    with stages(Console(stderr=True)) as stage:
+    with stages(Console(stderr=True, quiet=as_json and not sys.stderr.isatty())) as stage:
         try:
             if data is not None:
                 beside = [distribution, *(inputs or []), *ranges.values(), jam_share, infeasible, stop_time_s, samples]
@@ -132,7 +134,7 @@ def sensitivity(
                 if columns is not None:
                     raise InputError("--columns are of a table of runs: give --data too, or leave it out.")
                 laws = _laws(model, distribution, inputs or [], ranges, jam_share)
-                result, facts = _of_model(model, laws, wanted, stop_time_s, infeasible, asked, kept, stage)
+                result, facts = _of_model(model, laws, wanted, (stop_time_s, step_s), infeasible, asked, kept, stage)
         except ValueError as error:
             raise InputError(str(error)) from None
     _finish(result, facts, output, plot, as_json)
@@ -243,7 +245,7 @@ def _of_model(
     name: str,
     laws: Laws | None,
     outputs: tuple[str, ...],
-    stop_time_s: float | None,
+    simulated: tuple[float | None, float],
     infeasible: str | None,
     asked: Asked,
     kept: Path | None,
@@ -253,7 +255,7 @@ def _of_model(
     from sensitivity import conditioned
     from study.sensitivity_models import AIRCRAFT, FAST_BLOCK, kept_on_disk, opened, remembered
 
-    with opened(name, laws[0].names if laws else (), outputs, stop_time_s) as model:
+    with opened(name, laws[0].names if laws else (), outputs, *simulated) as model:
         whole, groups = laws or (model.ranges, ())
         if whole is None:
             raise InputError(f"{model.name} does not tell what its inputs vary over: give --distribution or --input.")

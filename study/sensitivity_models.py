@@ -19,8 +19,8 @@ SPEEDS = ("v_min_kt", "v_max_kt")
 AIRCRAFT = ("thrust-map", "exact", "network")
 HAS_VALUE = "has_value"
 """The output that says whether there is an envelope, or whatever else a model gives."""
-FMU_STEPS = 1000
-"""Communication steps of a simulation, where none are given."""
+MOST_STEPS = 1_000_000
+"""Communication steps of a simulation."""
 
 FAST_BLOCK = 2**16
 """Points at a time of a model that takes microseconds."""
@@ -148,19 +148,22 @@ def remembered(model: Model) -> Model:
 
 
 @contextmanager
-def opened(name: str, inputs: Sequence[str], outputs: Sequence[str], stop_time_s: float | None) -> Iterator[Model]:
+def opened(
+    name: str, inputs: Sequence[str], outputs: Sequence[str], stop_time_s: float | None, step_s: float = 0.01
+) -> Iterator[Model]:
     """The model of a name (see `AIRCRAFT`), of a model's file or of an FMU, for inputs of a distribution.
 
     Args:
         inputs: of an FMU, or of the exact model other than the default; empty: the model's own.
         outputs: of an FMU or where some of a model's are wanted; empty: all.
-        stop_time_s: an FMU is simulated until then, and its outputs are those at the end; None: those at the start.
+        stop_time_s, step_s: an FMU is simulated until then in such steps, and its outputs are those at the end; None:
+            those at the start.
 
     Raises:
         InputError: there is no such model, or it has no such input or output.
     """
     if name.endswith(".fmu"):
-        with _fmu(Path(name), inputs, outputs, stop_time_s) as model:
+        with _fmu(Path(name), inputs, outputs, stop_time_s, step_s) as model:
             yield model
         return
     if stop_time_s is not None:
@@ -235,7 +238,9 @@ def _of_file(name: str) -> Model:
 
 
 @contextmanager
-def _fmu(path: Path, inputs: Sequence[str], outputs: Sequence[str], stop_time_s: float | None) -> Iterator[Model]:
+def _fmu(
+    path: Path, inputs: Sequence[str], outputs: Sequence[str], stop_time_s: float | None, step_s: float
+) -> Iterator[Model]:
     """An FMU of FMI 2.0; a refused case has no outputs."""
     from gtm_fmu.client import FmuClient, FmuError
     from gtm_fmu.fmu_file import read_description
@@ -247,8 +252,13 @@ def _fmu(path: Path, inputs: Sequence[str], outputs: Sequence[str], stop_time_s:
         outputs = [v.name for v in variables if v.causality == "output" and v.type == "Real"]
     if not outputs:
         raise InputError(f"'{path}' has no outputs that are real numbers: name others with --outputs.")
-    if stop_time_s is not None and not (np.isfinite(stop_time_s) and stop_time_s > 0):
-        raise InputError(f"--stop-time-s was given as {stop_time_s:g}: give a time above 0.")
+    steps = 0
+    if stop_time_s is not None:
+        if not (step_s > 0 and step_s <= stop_time_s <= MOST_STEPS * step_s):
+            raise InputError(
+                f"A simulation to {stop_time_s:g} s in steps of {step_s:g} s: give 1 to {MOST_STEPS} steps."
+            )
+        steps = round(stop_time_s / step_s)
     try:
         client = FmuClient(path)
     except FmuError as error:
@@ -260,12 +270,11 @@ def _fmu(path: Path, inputs: Sequence[str], outputs: Sequence[str], stop_time_s:
 
         def case(point: np.ndarray) -> np.ndarray:
             try:
-                if stop_time_s is not None:
+                if steps:
                     client.reset()
                 client.set(inputs, point)
-                if stop_time_s is not None:
-                    for _ in range(FMU_STEPS):
-                        client.step(stop_time_s / FMU_STEPS)
+                for _ in range(steps):
+                    client.step(step_s)
                 return client.get(outputs)
             except FmuError:
                 with suppress(FmuError):
@@ -275,8 +284,8 @@ def _fmu(path: Path, inputs: Sequence[str], outputs: Sequence[str], stop_time_s:
         def values(points: np.ndarray) -> np.ndarray:
             return np.array([case(point) for point in points])
 
-        block = 16 if stop_time_s is not None else 4096
-        identity = f"{_hash(path)} {tuple(outputs)} {stop_time_s}"
+        block = 16 if steps else 4096
+        identity = f"{_hash(path)} {tuple(outputs)} {stop_time_s} {step_s}"
         yield Model(f"'{path.name}'", tuple(inputs), tuple(outputs), values, identity, block)
 
 
