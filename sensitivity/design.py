@@ -69,7 +69,8 @@ class Design:
         chunk_size: int = 65536,
     ) -> "EvaluatedDesign":
         """Evaluate a model that maps points (rows, inputs) to outputs (rows,) or (rows, outputs), in chunks of rows."""
-        return self.attach(self.points, evaluate_in_chunks(model, self.points, chunk_size), output_names)
+        outputs = evaluate_in_chunks(model, self.points, chunk_size)
+        return EvaluatedDesign(self, *checked_outputs(outputs, self.points, output_names))
 
     def attach(
         self, points: ArrayLike, outputs: ArrayLike, output_names: Sequence[str] | None = None
@@ -179,7 +180,9 @@ def redrawn_design(
     replicates = 1 if sampling == "random" else replicates
     u = unit_numbers(n, 2 * len(names), sampling, replicates, seed)
     base = distribution.sample(u[:, : len(names)])
-    points = np.concatenate([distribution.conditional(base, role, u[:, len(names) :]) for role in redrawn])
+    points = np.empty((len(redrawn) * n, len(names)))
+    for block, role in zip(points.reshape(len(redrawn), n, -1), redrawn, strict=True):
+        block[:] = distribution.conditional(base, role, u[:, len(names) :]) if role else base
     points.flags.writeable = False
     return Design(distribution, tuple(factors), redrawn, points, sampling, replicates, seed)
 

@@ -19,16 +19,18 @@ def evaluate_in_chunks(model: Callable[[Array], ArrayLike], points: Array, chunk
     """
     if chunk_size < 1:
         raise ValueError(f"Chunk size is {chunk_size}: give at least 1 row a chunk.")
-    outputs = []
+    outputs = None
     for start in range(0, len(points), chunk_size):
         chunk = points[start : start + chunk_size]
         output = np.asarray(model(chunk), dtype=float)
-        if output.ndim not in (1, 2) or len(output) != len(chunk):
+        if outputs is None:
+            outputs = np.empty((len(points), *output.shape[1:]))
+        if output.ndim not in (1, 2) or len(output) != len(chunk) or output.shape[1:] != outputs.shape[1:]:
             raise ValueError(
                 f"The model returned shape {output.shape} for {len(chunk)} points: return a row of outputs a point."
             )
-        outputs.append(output)
-    return np.concatenate(outputs)
+        outputs[start : start + chunk_size] = output
+    return np.empty(0) if outputs is None else outputs
 
 
 def checked_outputs(
@@ -50,13 +52,16 @@ def checked_outputs(
     names = tuple(output_names) if output_names else tuple(f"y{j}" for j in range(outputs.shape[1]))
     if len(names) != outputs.shape[1] or len(set(names)) != len(names):
         raise ValueError(f"Output names are {names} for {outputs.shape[1]} outputs: give each a name of its own.")
-    bad = np.flatnonzero(~np.isfinite(outputs).all(axis=1))
-    if bad.size:
+    least, greatest = (np.array([getattr(column, end)() for column in outputs.T]) for end in ("min", "max"))
+    if not (np.isfinite(least).all() and np.isfinite(greatest).all()):  # NaN goes through both
+        bad = np.flatnonzero(~np.isfinite(outputs).all(axis=1))
         raise ValueError(
             f"The outputs at {bad.size} of {len(points)} points are not finite, first at row {bad[0]}, inputs "
             f"{points[bad[0]].tolist()}: restrict the distribution to where the model has values (`conditioned`)."
         )
-    range_, size = np.ptp(outputs, axis=0), np.abs(outputs).max(axis=0)
+    with np.errstate(over="ignore"):
+        range_ = greatest - least
+    size = np.maximum(np.abs(least), np.abs(greatest))
     for name, varies in zip(names, range_ > ROUNDING * size, strict=True):
         if not varies:
             raise ValueError(f"The output {name} does not vary but for rounding, so has no indices: leave it out.")
