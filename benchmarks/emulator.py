@@ -1,4 +1,4 @@
-"""Speed of the rudder's emulator: in C, in NumPy, as an FMU through FMPy, and how long it takes to load.
+"""Speed of the rudder's emulator: in exported C, in batches from Python, as an FMU through FMPy, and of its loading.
 
     python benchmarks/emulator.py
 
@@ -82,7 +82,7 @@ def scikit_learn(network: Network) -> MLPRegressor:
 
 
 def in_blocks(evaluate: Callable[[np.ndarray], object], X: np.ndarray) -> Callable[[], object]:
-    """Evaluation of blocks that stay in the processor's cache, as NumPy's do by themselves."""
+    """Evaluation of blocks that stay in the processor's cache, as those here do by themselves."""
     return lambda: [evaluate(X[start : start + BLOCK]) for start in range(0, len(X), BLOCK)]
 
 
@@ -176,7 +176,7 @@ def main() -> None:
         rows.append(row(name, value, unit, *beside))
 
     batch = {
-        "NumPy": best(lambda: network.predict(X), BATCH),
+        "here": best(lambda: network.predict(X), BATCH),
         "onnxruntime": best(in_blocks(lambda x: double.run(["outputs"], {"inputs": x}), X), BATCH),
         "onnxruntime, single precision": best(
             in_blocks(lambda x: single.run(["outputs"], {"inputs": x}), X_single), BATCH
@@ -197,10 +197,12 @@ def main() -> None:
     add("C: a case with its slopes", gradient, "ns")
     add("C: standard deviations", std, "ns")
     for peer in ("onnxruntime", "onnxruntime, single precision", "scikit-learn MLPRegressor"):
-        add("NumPy: a case of a million, one thread", 1e9 * batch["NumPy"], "ns", peer, 1e9 * batch[peer])
+        add("in batches: a case of a million, one thread", 1e9 * batch["here"], "ns", peer, 1e9 * batch[peer])
     rate = on_two_cores(network.predict, X)
     peer_rate = on_two_cores(lambda part: double.run(["outputs"], {"inputs": part}), X)
-    rows.append(row("NumPy on two cores", rate / 1e6, "million/s", "onnxruntime", peer_rate / 1e6, rate / peer_rate))
+    rows.append(
+        row("in batches on two cores", rate / 1e6, "million/s", "onnxruntime", peer_rate / 1e6, rate / peer_rate)
+    )
     deviations = best(lambda: network.predict_std(X[:20_000]), 20_000)
     add("NumPy: standard deviations, one thread", 1e9 * deviations, "ns")
     add("FMU through FMPy: five inputs, speeds and margins", 1e6 * through, "us", "FMPy's floor", 1e6 * floor)

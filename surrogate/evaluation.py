@@ -67,7 +67,8 @@ def evaluate_by_blocks(
         blocks = [evaluate(samples[start : start + block]) for start in starts]
     if not all(np.isfinite(block).all() for block in blocks):
         raise ValueError("the inputs lie so far from the training data that the outputs are no numbers: go nearer.")
-    return np.concatenate(blocks).reshape(*X.shape[:-1], *blocks[0].shape[1:])
+    values = blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
+    return values.reshape(*X.shape[:-1], *blocks[0].shape[1:])
 
 
 def in_range(X: ArrayLike, ranges: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:

@@ -19,8 +19,8 @@ from surrogate.core import PackedNetwork, library
 from surrogate.evaluation import Variable, check_names, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
 from surrogate.scaling import Array, from_symmetric, to_symmetric
 
-COMPILED_BLOCK = 2**16
-"""Samples that are handed to C at once; it cuts them up further."""
+COMPILED_BLOCK = 2**24
+"""Samples that are handed to C at once; it cuts them up itself."""
 
 
 @dataclass(frozen=True, eq=False)
