@@ -62,6 +62,7 @@ def variance_indices_until(
     least: int = 1024,
     most: int = 2**22,
     sampling: str = "sobol",
+    confidence: float = 0.95,
     progress: Callable[[int, float], None] | None = None,
     **design_options: Any,
 ) -> VarianceIndices:
@@ -73,6 +74,7 @@ def variance_indices_until(
         model: maps points (rows, M) to outputs (rows,) or (rows, outputs).
         half_width: as 0.005.
         least, most: first and greatest N.
+        confidence: of the intervals.
         progress: called after each step with N and the half width reached.
 
     Returns:
@@ -89,7 +91,7 @@ def variance_indices_until(
     while True:
         design = variance_design(distribution, n, sampling=sampling, **design_options)  # type: ignore[arg-type]
         known = _grown(design, model, output_names, known)
-        found = variance_indices(known)
+        found = variance_indices(known, confidence=confidence)
         if progress:
             progress(n, found.half_width)
         if found.half_width <= half_width or 2 * n > most:

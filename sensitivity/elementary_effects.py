@@ -18,7 +18,7 @@ from scipy.stats import qmc
 
 from .distributions import Array, Distribution
 from .outputs import checked_outputs, evaluate_in_chunks
-from .redraw_ratios import Estimate
+from .redraw_ratios import Estimate, check_interval
 from .result import Result
 
 if TYPE_CHECKING:
@@ -76,6 +76,7 @@ class EffectsDesign:
         Raises:
             ValueError: outputs of another shape or not finite, or a scaling that is not known.
         """
+        check_interval(confidence, n_bootstrap)
         names, values = checked_outputs(outputs, self.points, output_names)
         r, m = self.moved.shape
         y, x = values.reshape(r, m + 1, -1), self.points.reshape(r, m + 1, m)

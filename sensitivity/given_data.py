@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from .distributions import Array
 from .outputs import ROUNDING, checked_outputs
-from .redraw_ratios import Estimate
+from .redraw_ratios import Estimate, check_interval
 from .result import Result
 
 LEAST_PER_BIN = 5
@@ -91,6 +91,7 @@ def given_data_indices(
     Raises:
         ValueError: shapes that do not fit, an input that does not vary, or too few rows for the bins.
     """
+    check_interval(confidence, n_bootstrap)
     X, input_names, names, Y = checked_table(points, outputs, input_names, output_names)
     n = len(X)
     count = round(2.0 * n ** (1 / 3)) if bins is None else int(bins)

@@ -13,7 +13,7 @@ from scipy import stats
 
 from .distributions import Array
 from .given_data import LEAST_PER_BIN, bin_edges, checked_table
-from .redraw_ratios import Estimate
+from .redraw_ratios import Estimate, check_interval
 from .result import Result
 
 
@@ -73,6 +73,7 @@ def pawn_indices(
     Raises:
         ValueError: as `given_data_indices`.
     """
+    check_interval(confidence, n_bootstrap)
     X, input_names, names, Y = checked_table(points, outputs, input_names, output_names)
     n = len(X)
     if not 2 <= slices <= n // LEAST_PER_BIN:

@@ -86,10 +86,7 @@ class PairRatios:
         Raises:
             ValueError: a confidence outside 0 .. 1, or fewer than 2 bootstrap samples.
         """
-        if not 0.0 < confidence < 1.0:
-            raise ValueError(f"Confidence is {confidence:g}: give a number between 0 and 1, for instance 0.95.")
-        if n_bootstrap < 2:
-            raise ValueError(f"The bootstrap has {n_bootstrap} samples: give at least 2, and 1000 for a good interval.")
+        check_interval(confidence, n_bootstrap)
         moments = _block_moments(samples, pairs, replicates)
         n_blocks = moments.shape[1]
         self.confidence = confidence
@@ -151,6 +148,18 @@ class RedrawRatios:
             for subset, weight in combination.weights.items():
                 weights[row, self.subsets.index(subset)] += weight
         return self.ratios.estimate(constant, weights)
+
+
+def check_interval(confidence: float, n_bootstrap: int) -> None:
+    """Refuse what makes no interval.
+
+    Raises:
+        ValueError: a confidence outside 0 .. 1, or fewer than 2 bootstrap samples.
+    """
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"Confidence is {confidence:g}: give a number between 0 and 1, for instance 0.95.")
+    if n_bootstrap < 2:
+        raise ValueError(f"The bootstrap has {n_bootstrap} samples: give at least 2, and 1000 for a good interval.")
 
 
 def _block_moments(samples: Array, pairs: Sequence[tuple[int, int]], replicates: int) -> Array:

@@ -320,7 +320,14 @@ def _estimate(
             groups = (*groups, *asked.groups)
             if asked.until is not None:
                 found: Result = package.variance_indices_until(
-                    values, distribution, asked.until, output_names=model.outputs, least=n, groups=groups, **drawn
+                    values,
+                    distribution,
+                    asked.until,
+                    output_names=model.outputs,
+                    least=n,
+                    groups=groups,
+                    confidence=asked.confidence,
+                    **drawn,
                 )
             else:
                 design = package.variance_design(distribution, n, groups=groups, **drawn)
