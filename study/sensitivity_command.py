@@ -6,7 +6,7 @@ import shutil
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from math import comb
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -21,8 +21,6 @@ from study.options import Json, Pair, pair
 from study.progress import stages
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from sensitivity import Distribution
     from sensitivity.result import Result
     from study.sensitivity_models import Model
@@ -253,110 +251,89 @@ def _of_model(
 ) -> tuple["Result", dict]:
     """The result, and facts about the run; `kept`: a folder for the outputs of an unfinished run."""
     from sensitivity import conditioned
-    from study.sensitivity_models import AIRCRAFT, FAST_BLOCK, kept_on_disk, opened, remembered
+    from study.sensitivity_models import AIRCRAFT, kept_on_disk, opened, remembered
 
     with opened(name, laws[0].names if laws else (), outputs, *simulated) as model:
         whole, groups = laws or (model.ranges, ())
         if whole is None:
             raise InputError(f"{model.name} does not tell what its inputs vary over: give --distribution or --input.")
         model = model.over(whole)
-        is_slow = model.block < FAST_BLOCK
-        if kept:
-            model = kept_on_disk(model, kept)
-        if is_slow:
-            model = remembered(model)
         infeasible = infeasible or ("condition" if name in AIRCRAFT else None)
-        facts: dict[str, Any] = {"model": name, "infeasible": infeasible}
+        groups = tuple(dict.fromkeys((*whole.dependent, *groups, *asked.groups)))
+        rows = asked.samples or SAMPLES[asked.method] // (
+            SLOWER_BY if model.is_slow and asked.method != "effects" else 1
+        )
         distribution = whole
-        if infeasible == "output":
-            model = model.whether()
-        elif infeasible is None:
-            model = model.everywhere()
-        else:
-            groups = tuple(dict.fromkeys((*whole.dependent, *groups)))
-            met = model.whether()
-            distribution = conditioned(whole, lambda points: met.evaluate(points)[:, 0] > 0.5)
         with stage(f"{asked.method.capitalize()} by {model.name}") as advance:
-            result, evaluations = _estimate(model, distribution, groups, asked, is_slow, advance)
+            model = model.telling(_counter(_evaluations(asked, rows, len(whole.names), len(groups)), advance))
+            model = remembered(kept_on_disk(model, kept) if kept else model)
+            if infeasible == "output":
+                model = model.whether()
+            elif infeasible is None:
+                model = model.everywhere()
+            else:
+                met = model.whether()
+                distribution = conditioned(whole, lambda points: met.evaluate(points)[:, 0] > 0.5)
+            result = _estimate(model, distribution, groups, asked, rows)
             numbers = result.to_dict()  # where the model is open: it may ask whether points meet the condition
-        facts |= {"method": asked.method, "evaluations": evaluations, "distribution": repr(whole)}
+        facts: dict[str, Any] = {"model": name, "infeasible": infeasible, "method": asked.method}
+        facts["distribution"] = repr(whole)
         if infeasible == "condition":
             (condition,) = distribution.blocks
             facts["share_with_values"] = getattr(condition, "acceptance", None)
     return result, facts | {"result": numbers}
 
 
-def _estimate(
-    model: "Model",
-    distribution: "Distribution",
-    groups: Sequence[tuple[str, ...]],
-    asked: Asked,
-    is_slow: bool,
-    advance: Callable[[int, int], None],
-) -> tuple["Result", int]:
-    import sensitivity as package
-    from sensitivity.design import unit_numbers
+def _evaluations(asked: Asked, n: int, m: int, groups: int) -> int:
+    """About how many points a method asks for, with m inputs and n rows."""
+    blocks = {"variance": 2 * (m + groups) + 2, "interactions": comb(m, asked.order) + m + 2, "shapley": 2 ** min(m, 8)}
+    return n * (blocks | {"full-independent": 6 * m + 2, "effects": m + 1}).get(asked.method, 1)
 
-    n = asked.samples or SAMPLES[asked.method] // (SLOWER_BY if is_slow and asked.method != "effects" else 1)
-    replicates = 1 if asked.sampling == "random" else asked.replications
-    drawn: dict[str, Any] = {"sampling": asked.sampling, "replicates": replicates, "seed": asked.seed}
-    done, total = 0, 0
+
+def _counter(total: int, advance: Callable[[int, int], None]) -> Callable[[int], None]:
+    done = 0
 
     def count(points: int) -> None:
         nonlocal done
         done += points
         advance(done, max(total, done))
 
-    def values(points: "np.ndarray") -> "np.ndarray":
-        return model.evaluate(points, count)
+    return count
 
-    def evaluated(design: Any) -> Any:
-        nonlocal total
-        total = len(design.points)
-        return design.evaluate(values, model.outputs, chunk_size=len(design.points))
 
+def _estimate(
+    model: "Model", distribution: "Distribution", groups: Sequence[tuple[str, ...]], asked: Asked, n: int
+) -> "Result":
+    import sensitivity as package
+    from sensitivity.design import unit_numbers
+
+    replicates = 1 if asked.sampling == "random" else asked.replications
+    drawn: dict[str, Any] = {"sampling": asked.sampling, "replicates": replicates, "seed": asked.seed}
+    confidence: dict[str, Any] = {"confidence": asked.confidence}
+    bootstrap = confidence | {"seed": asked.seed}
+    named: dict[str, Any] = {"output_names": model.outputs}
     match asked.method:
         case "variance":
-            groups = (*groups, *asked.groups)
+            drawn["groups"] = groups
             if asked.until is not None:
-                found: Result = package.variance_indices_until(
-                    values,
-                    distribution,
-                    asked.until,
-                    output_names=model.outputs,
-                    least=n,
-                    groups=groups,
-                    confidence=asked.confidence,
-                    **drawn,
+                return package.variance_indices_until(
+                    model.evaluate, distribution, asked.until, least=n, **named, **confidence, **drawn
                 )
-            else:
-                design = package.variance_design(distribution, n, groups=groups, **drawn)
-                found = package.variance_indices(evaluated(design), confidence=asked.confidence, seed=asked.seed)
+            design = package.variance_design(distribution, n, **drawn)
+            return package.variance_indices(design.evaluate(model.evaluate, **named), **bootstrap)
         case "interactions":
             design = package.interaction_design(distribution, n, asked.order, **drawn)
-            found = package.interactions(evaluated(design), confidence=asked.confidence, seed=asked.seed)
+            return package.interactions(design.evaluate(model.evaluate, **named), **bootstrap)
         case "shapley":
-            shapley = package.shapley_design(distribution, n, **drawn)
-            found = package.shapley_effects(shapley, evaluated(shapley.design), confidence=asked.confidence)
+            return package.shapley_design(distribution, n, **drawn).evaluate(model.evaluate, **named, **bootstrap)
         case "full-independent":
-            total = n * (6 * len(distribution.names) + 2)
-            found = package.full_independent_indices(
-                distribution, values, n, output_names=model.outputs, confidence=asked.confidence, **drawn
-            )
+            return package.full_independent_indices(distribution, model.evaluate, n, **named, **confidence, **drawn)
         case "effects":
             effects = package.effects_design(distribution, n, seed=asked.seed)
-            total = len(effects.points)
-            found = effects.evaluate(values, model.outputs, confidence=asked.confidence, seed=asked.seed)
-        case _:
-            points = distribution.sample(unit_numbers(n, len(distribution.names), "random", 1, asked.seed))
-            total = n
-            measure: Callable[..., Result] = partial(
-                package.given_data_indices if asked.method == "given-data" else package.pawn_indices,
-                input_names=distribution.names,
-                output_names=model.outputs,
-            )
-            found = measure(points, values(points), confidence=asked.confidence, seed=asked.seed)
-    return found, done
+            return effects.evaluate(model.evaluate, **named, **bootstrap)
+    points = distribution.sample(unit_numbers(n, len(distribution.names), "random", 1, asked.seed))
+    measure = package.given_data_indices if asked.method == "given-data" else package.pawn_indices
+    return measure(points, model.evaluate(points), input_names=distribution.names, **named, **bootstrap)
 
 
 def _finish(result: "Result", values: dict[str, Any], output: Path | None, plot: Path | None, as_json: bool) -> None:

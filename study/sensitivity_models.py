@@ -26,8 +26,8 @@ HAS_VALUE = "has_value"
 MOST_STEPS = 1_000_000
 """Communication steps of a simulation."""
 
-FAST_BLOCK = 2**16
-"""Points at a time of a model that takes microseconds."""
+FAST_BLOCK, QUICK_BLOCK, SLOW_BLOCK = 2**16, 4096, 256
+"""Points at a time of a model that takes less than a microsecond, some ten of them, milliseconds."""
 
 Values = Callable[[np.ndarray], np.ndarray]
 
@@ -50,6 +50,11 @@ class Model:
     identity: str
     block: int = FAST_BLOCK
     ranges: Distribution | None = None
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether a point takes milliseconds."""
+        return self.block <= SLOW_BLOCK
 
     def over(self, distribution: Distribution) -> "Model":
         """The same, of points whose columns are those of the distribution.
@@ -100,15 +105,20 @@ class Model:
 
         return replace(self, values=values)
 
-    def evaluate(self, points: np.ndarray, progress: Callable[[int], None] | None = None) -> np.ndarray:
-        """Outputs (n, outputs), block by block; `progress` is called with the number of points of each."""
-        found = []
-        for start in range(0, len(points), self.block):
-            block = points[start : start + self.block]
-            found.append(self.values(block))
-            if progress:
-                progress(len(block))
-        return np.concatenate(found) if found else np.empty((0, len(self.outputs)))
+    def telling(self, progress: Callable[[int], None]) -> "Model":
+        """The same; `progress` is called with the number of points of each block that was evaluated."""
+
+        def values(points: np.ndarray) -> np.ndarray:
+            found = self.values(points)
+            progress(len(points))
+            return found
+
+        return replace(self, values=values)
+
+    def evaluate(self, points: np.ndarray) -> np.ndarray:
+        """Outputs (n, outputs), block by block."""
+        blocks = [self.values(points[start : start + self.block]) for start in range(0, len(points), self.block)]
+        return np.concatenate(blocks) if blocks else np.empty((0, len(self.outputs)))
 
 
 def kept_on_disk(model: Model, folder: Path) -> Model:
@@ -118,7 +128,7 @@ def kept_on_disk(model: Model, folder: Path) -> Model:
     """
 
     def values(points: np.ndarray) -> np.ndarray:
-        said = f"{model.identity} {model.inputs} {points.shape}".encode()
+        said = f"{model.identity} {model.inputs} {model.outputs} {points.shape}".encode()
         path = folder / f"{hashlib.sha256(said + np.ascontiguousarray(points).tobytes()).hexdigest()}.npy"
         with suppress(OSError, ValueError, EOFError):  # missing or cut off: computed anew
             known = np.load(path, allow_pickle=False)
@@ -138,7 +148,9 @@ def kept_on_disk(model: Model, folder: Path) -> Model:
 
 
 def remembered(model: Model) -> Model:
-    """The same, with no point asked for twice; for a model that is slow."""
+    """The same, with no point asked for twice, unless to look it up takes longer than the model."""
+    if model.block >= FAST_BLOCK:
+        return model
     known: dict[bytes, np.ndarray] = {}
 
     def values(points: np.ndarray) -> np.ndarray:
@@ -189,7 +201,14 @@ def _aircraft(name: str, inputs: Sequence[str]) -> Model:
         found = surrogate.predict(points)
         return np.column_stack([getattr(found, speed) for speed in SPEEDS])
 
-    return Model(f"the {name.replace('-', ' ')}", tuple(label for label, _ in RUDDER), SPEEDS, values, identity)
+    return Model(
+        f"the {name.replace('-', ' ')}",
+        tuple(label for label, _ in RUDDER),
+        SPEEDS,
+        values,
+        identity,
+        QUICK_BLOCK if name == "thrust-map" else FAST_BLOCK,
+    )
 
 
 def _exact(labels: tuple[str, ...]) -> Model:
@@ -216,7 +235,7 @@ def _exact(labels: tuple[str, ...]) -> Model:
             parts = np.array_split(points, max(1, min(len(points), 8 * _cores())))
             return np.concatenate(list(pool.map(some, parts)))
 
-    return Model("the exact envelope", labels, SPEEDS, values, _hash(library_path()), block=256)
+    return Model("the exact envelope", labels, SPEEDS, values, _hash(library_path()), SLOW_BLOCK)
 
 
 def _of_file(name: str) -> Model:
@@ -270,7 +289,7 @@ def _fmu(
             found = [case(point) for point in points]
             return np.array([np.full(len(outputs), np.nan) if each is None else each for each in found])
 
-        block = 4096 if stop_time_s is None else 16
+        block = QUICK_BLOCK if stop_time_s is None else 16
         identity = f"{_hash(path)} {tuple(outputs)} {stop_time_s} {step_s}"
         yield Model(f"'{path.name}'", tuple(inputs), tuple(outputs), values, identity, block)
 

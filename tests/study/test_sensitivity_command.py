@@ -75,6 +75,25 @@ def test_correlated_normal_inputs_by_a_file(ask, folder):
     assert first["a,b"] == pytest.approx(1 - 1 / V, abs=0.01)
 
 
+def test_shares_that_all_depend_on_each_other(ask, folder):
+    """3 a + b + c = 1 + 2 a on the simplex: a alone tells all, and follows from the others."""
+    (folder / "shares.json").write_text(json.dumps({"inputs": [{"names": ["a", "b", "c"], "simplex": 1}]}))
+    found = ask(f"sensitivity --model {folder}/linear.json --distribution {folder}/shares.json --json").json
+    assert values(found, "first")["a"] == pytest.approx(1.0, abs=0.01)
+    assert [*values(found, "total").values()] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+
+
+def test_outputs_of_an_unfinished_run_are_those_of_its_outputs_and_points(tmp_path):
+    def model(output, identity="a"):
+        return sensitivity_models.Model("m", ("x",), (output,), lambda x: x + (output == "b"), identity)
+
+    x = np.arange(3.0)[:, np.newaxis]
+    for one, expected in ((model("a"), x), (model("b"), x + 1), (model("b", "other"), x + 1)):
+        assert (sensitivity_models.kept_on_disk(one, tmp_path).evaluate(x) == expected).all()
+        assert (sensitivity_models.kept_on_disk(one, tmp_path).evaluate(x + 5) == expected + 5).all()
+    assert len(os.listdir(tmp_path)) == 6
+
+
 def test_interactions_over_the_ranges_of_the_training(ask, folder):
     """a + a b on [-1, 1]: variances 1/3 and 1/9, so shares 3/4 and 1/4."""
     found = ask(f"sensitivity --model {folder}/product.json --method interactions --json").json
@@ -153,7 +172,7 @@ def test_samples_are_doubled_until_intervals_are_narrow(ask, folder):
     for row in found["result"]["outputs"]["y"]["indices"].values():
         for kind in ("first", "total"):
             assert row[kind]["upper"] - row[kind]["lower"] <= 0.04
-    assert found["evaluations"] == found["result"]["n_evaluations"] > 4 * 256
+    assert found["result"]["n_evaluations"] > 4 * 256
 
 
 def test_the_aircraft_by_default(ask, tmp_path):
@@ -223,7 +242,7 @@ def test_a_killed_run_goes_on(ask, folder, tmp_path, monkeypatch):
     monkeypatch.setattr(sensitivity_models, "_of_file", counted)
     ask(command)
     resumed = json.loads(output.read_text())
-    assert sum(asked) == resumed["evaluations"] - 2 * 64
+    assert sum(asked) == resumed["result"]["n_evaluations"] - 2 * 64
     assert not kept.exists()
     ask(command)
     assert json.loads(output.read_text()) == resumed
