@@ -10,6 +10,8 @@ from .distributions import Array, Block, Distribution
 
 MOST_TRIES = 10_000
 """Draws after which a row is given up."""
+HOPELESS = 1000
+"""Draws of which not one met the condition end the search."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +81,11 @@ class Conditioned:
             open_rows = open_rows[~met]
             if not open_rows.size:
                 return drawn
+            tried, ever_met = self._tried
+            if not ever_met and tried >= HOPELESS:
+                raise ValueError(
+                    f"The condition held in none of {tried} draws: choose a distribution closer to where it holds."
+                )
             v = rng.random((len(open_rows), u.shape[1]))
         raise ValueError(
             f"The condition held in none of {MOST_TRIES} draws of {len(open_rows)} rows "

@@ -259,7 +259,8 @@ def _of_model(
             raise InputError(f"{model.name} does not tell what its inputs vary over: give --distribution or --input.")
         model = model.over(whole)
         infeasible = infeasible or ("condition" if name in AIRCRAFT else None)
-        groups = tuple(dict.fromkeys((*whole.dependent, *groups, *asked.groups)))
+        together = [block for block in whole.dependent if len(block) < len(whole.names)]
+        groups = tuple(dict.fromkeys((*together, *groups, *asked.groups)))
         rows = asked.samples or SAMPLES[asked.method] // (
             SLOWER_BY if model.is_slow and asked.method != "effects" else 1
         )

@@ -259,6 +259,9 @@ class TestConditioned:
         block = Conditioned(Distribution([Uniform("a", 0, 1)]), lambda x: x[:, 0] > 2)
         with pytest.raises(ValueError, match="held in none of 10 draws of 5 rows"):
             block.sample(unit(28, 1, 5))
+        monkeypatch.undo()
+        with pytest.raises(ValueError, match=r"held in none of 10\d\d draws: choose"):
+            Conditioned(Distribution([Uniform("a", 0, 1)]), lambda x: x[:, 0] > 2).sample(unit(28, 1, 5))
         with pytest.raises(ValueError, match="one truth a point"):
             Conditioned(Distribution([Uniform("a", 0, 1)]), lambda x: x > 2).sample(unit(28, 1, 5))
 
