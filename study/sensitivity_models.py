@@ -26,7 +26,7 @@ HAS_VALUE = "has_value"
 MOST_STEPS = 1_000_000
 """Communication steps of a simulation."""
 
-FAST_BLOCK, QUICK_BLOCK, SLOW_BLOCK = 2**16, 4096, 256
+FAST_BLOCK, QUICK_BLOCK, SLOW_BLOCK = 2**16, 4096, 64
 """Points at a time of a model that takes less than a microsecond, some ten of them, milliseconds."""
 
 Values = Callable[[np.ndarray], np.ndarray]
