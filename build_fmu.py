@@ -3,9 +3,9 @@
 import argparse
 import sys
 
+from fmu_src.fmus import MODELS, NATIVE_MODELS, build_fmu
 from gtm_fmu.errors import InputError
-from study.fmus import MODELS, NATIVE_MODELS, build_fmu
-from study.model_commands import MODEL_HELP
+from study.commands.models import MODEL_HELP
 
 
 def main() -> int:

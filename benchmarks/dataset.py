@@ -24,11 +24,11 @@ import psutil
 sys.path.insert(0, str(Path(__file__).parent))
 from table import row, write
 
-from gtm_fmu import distribution, results
-from gtm_fmu.axes import limits_span, span
-from gtm_fmu.cases import CaseTable, Sampling
-from gtm_fmu.distribution import compute
-from gtm_fmu.store import LARGEST_CHUNK, CaseStore
+from gtm_fmu.datasets import distribution, results
+from gtm_fmu.datasets.axes import limits_span, span
+from gtm_fmu.datasets.cases import CaseTable, Sampling
+from gtm_fmu.datasets.distribution import compute
+from gtm_fmu.datasets.store import LARGEST_CHUNK, CaseStore
 
 SECONDS, ROUNDS, CHUNK, MADE_UP, MILLION = 12, 2, 64, 20_480, 1_000_000
 MB = 2**20

@@ -24,14 +24,14 @@ from fmpy.fmi2 import FMU2Slave
 from sklearn.neural_network import MLPRegressor
 from table import row, write
 
-from gtm_fmu.client import FmuClient
-from study.emulator import PAPER, SPEEDS_FILE, RudderEmulator
-from study.fmus import build_fmu
+from fmu_src.fmus import build_fmu
+from gtm_fmu.aircraft.client import FmuClient
 from surrogate import Network
-from surrogate.c_source import c_header, c_source
-from surrogate.closed_form import closed_form
-from surrogate.onnx_model import onnx_model
-from surrogate.scaling import to_symmetric
+from surrogate.exports.c_source import c_header, c_source
+from surrogate.exports.closed_form import closed_form
+from surrogate.exports.onnx_model import onnx_model
+from surrogate.models.scaling import to_symmetric
+from surrogate.rudder.emulator import PAPER, SPEEDS_FILE, RudderEmulator
 
 ROUNDS, BATCH, BLOCK, THREADS = 5, 1_000_000, 4096, 2
 INPUTS = ("altitude", "gamma", "rudder.lower", "rudder.upper", "tas")

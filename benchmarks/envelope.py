@@ -24,14 +24,16 @@ from scipy.optimize import minimize
 sys.path.insert(0, str(Path(__file__).parent))
 from table import row, write
 
-from gtm_fmu import core, dataset, manoeuvre
+from gtm_fmu import core
+from gtm_fmu.aircraft.failures import ControlLimits
 from gtm_fmu.airframe.atmosphere import atmosphere
 from gtm_fmu.airframe.names import PHI, RUDDER, STATES, TRIM_UNKNOWNS, V
 from gtm_fmu.airframe.steady_manoeuvre import steady_manoeuvre
 from gtm_fmu.core import solver
-from gtm_fmu.envelope import FlightCondition
-from gtm_fmu.failures import ControlLimits
-from gtm_fmu.grid import envelope_grid
+from gtm_fmu.datasets import lattice as dataset
+from gtm_fmu.envelopes.envelope import FlightCondition
+from gtm_fmu.envelopes.grid import envelope_grid
+from gtm_fmu.trims import manoeuvre
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
 CASES, SAME_KT = 60, 0.01

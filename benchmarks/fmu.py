@@ -24,8 +24,8 @@ from fmpy.fmi2 import FMU2Model
 from table import write_json
 
 from fmu_src import build
-from fmu_src.native_packaging import NATIVE_MODELS
-from gtm_fmu.client import FmuClient
+from fmu_src.packing.native_fmus import NATIVE_MODELS
+from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.units import M_PER_FT, RAD_PER_DEG
 
 STEP_S, ROUNDS = 0.01, 5

@@ -20,7 +20,7 @@ from collections.abc import Callable
 import numpy as np
 from table import row, write
 
-from study.emulator import PAPER, RudderEmulator
+from surrogate.rudder.emulator import PAPER, RudderEmulator
 
 ROWS, ROUNDS, RESAMPLES = 2**18, 5, 100
 SALIB_ROWS = 2**19
@@ -88,7 +88,7 @@ def measure(way: str, rounds: int) -> None:
 
 def network_rows() -> list[dict]:
     """A case of a million from Python, in C and in NumPy, and how far they are apart."""
-    import surrogate.network
+    from surrogate.models import network as networks
 
     network = RudderEmulator.load(PAPER).speeds
     X = np.random.default_rng(0).uniform(*network.input_ranges.T, (1_000_000, 4))
@@ -102,10 +102,10 @@ def network_rows() -> list[dict]:
         return 1e9 * min(taken) / len(X)
 
     compiled, outputs = nanoseconds(), network.predict(X)
-    library = surrogate.network.library
-    surrogate.network.library = lambda: None
+    library = networks.library
+    networks.library = lambda: None
     plain, same = nanoseconds(), network.predict(X)
-    surrogate.network.library = library
+    networks.library = library
     apart = float((np.abs(outputs - same) / np.ptp(network.target_ranges, axis=1)).max())
     return [
         row("network in batches, a case", compiled, "ns", "NumPy", plain, plain / compiled),

@@ -12,8 +12,8 @@ import numpy as np
 import torch
 from table import row, write
 
-from surrogate.levenberg_marquardt import Schedule, train
-from surrogate.perceptron import PerceptronBatch, nguyen_widrow
+from surrogate.training.levenberg_marquardt import Schedule, train
+from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow
 
 SIZES, EPOCHS = (4, 10, 2), 100
 LOADS = {  # samples: restarts on the GPU, on the processor

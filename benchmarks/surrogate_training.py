@@ -25,13 +25,13 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 from table import row, write
 
-from gtm_fmu import dataset
-from study.emulator import INPUTS, SPEEDS
+from gtm_fmu.datasets import lattice as dataset
 from surrogate import LocalSettings, select_network, split_samples, train_local_models
-from surrogate.local_protocol import ALGORITHMS, LOCAL_MODELS
-from surrogate.perceptron import nguyen_widrow, split_parameters
-from surrogate.scaling import column_ranges, to_symmetric
-from surrogate.training import METHODS, generator
+from surrogate.models.scaling import column_ranges, to_symmetric
+from surrogate.rudder.emulator import INPUTS, SPEEDS
+from surrogate.training.local_selection import ALGORITHMS, LOCAL_MODELS
+from surrogate.training.perceptron import nguyen_widrow, split_parameters
+from surrogate.training.train import METHODS, generator
 
 ROUNDS, PEERS, SIZES = 20, 3, (4, 10, 2)
 

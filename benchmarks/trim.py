@@ -22,12 +22,12 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from table import row, write
 
-from gtm_fmu import steady
-from gtm_fmu.client import FmuClient
+from fmu_src.fmus import build_fmu
+from gtm_fmu.aircraft.client import FmuClient
+from gtm_fmu.aircraft.failures import ControlLimits
 from gtm_fmu.core import solver
-from gtm_fmu.failures import ControlLimits
-from gtm_fmu.trim import FmuTrimmer
-from study.fmus import build_fmu
+from gtm_fmu.trims import steady
+from gtm_fmu.trims.fmu_trimmer import FmuTrimmer
 
 CONDITIONS, FMU_TRIMS, JSBSIM_TRIMS = 200_000, 100, 60
 

@@ -2,16 +2,16 @@
 
 Only the training of networks needs torch; it is imported when a training starts. What belongs to training, and the
 estimators in scikit-learn's convention, are imported when they are first asked for. The forms in which a model can be
-written are in `surrogate.exports`, the figures in `surrogate.plots`.
+written are in `surrogate.exports.forms`, the figures in `surrogate.plots`.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from surrogate.evaluation import Variable
-from surrogate.local_models import LocalModelNetwork
-from surrogate.network import Network
-from surrogate.storage import load_model
+from surrogate.models.evaluation import Variable
+from surrogate.models.local_models import LocalModelNetwork
+from surrogate.models.network import Network
+from surrogate.models.storage import load_model
 
 if TYPE_CHECKING:
     from surrogate.estimators import (
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
         LevenbergMarquardtRegressor,
         LolimotRegressor,
     )
-    from surrogate.levenberg_marquardt import History, Schedule
-    from surrogate.local_training import Growth, LocalSettings
-    from surrogate.protocol import Selection, Split, select_network, split_samples
-    from surrogate.training import train_local_models, train_networks
+    from surrogate.training.levenberg_marquardt import History, Schedule
+    from surrogate.training.local_training import Growth, LocalSettings
+    from surrogate.training.selection import Selection, Split, select_network, split_samples
+    from surrogate.training.train import train_local_models, train_networks
 
 __all__ = [
     "BayesianRegularizationRegressor",
@@ -54,10 +54,10 @@ _NAMES = {
         "LevenbergMarquardtRegressor",
         "LolimotRegressor",
     ),
-    "levenberg_marquardt": ("History", "Schedule"),
-    "local_training": ("Growth", "LocalSettings"),
-    "protocol": ("Selection", "Split", "select_network", "split_samples"),
-    "training": ("train_local_models", "train_networks"),
+    "training.levenberg_marquardt": ("History", "Schedule"),
+    "training.local_training": ("Growth", "LocalSettings"),
+    "training.selection": ("Selection", "Split", "select_network", "split_samples"),
+    "training.train": ("train_local_models", "train_networks"),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 

@@ -12,14 +12,14 @@ from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils import check_random_state
 from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
 
-from surrogate import training
-from surrogate.levenberg_marquardt import Schedule
-from surrogate.local_models import LocalModel, LocalModelNetwork
-from surrogate.local_training import Criterion, LocalSettings
-from surrogate.network import Network
-from surrogate.scaling import Array
-from surrogate.settings import Allowed, Number, check
-from surrogate.training import METHODS, Algorithm, Method, distinct_samples, train_local_models, train_networks
+from surrogate.models.local_models import LocalModel, LocalModelNetwork
+from surrogate.models.network import Network
+from surrogate.models.scaling import Array
+from surrogate.training import train as training
+from surrogate.training.levenberg_marquardt import Schedule
+from surrogate.training.local_training import Criterion, LocalSettings
+from surrogate.training.settings import Allowed, Number, check
+from surrogate.training.train import METHODS, Algorithm, Method, distinct_samples, train_local_models, train_networks
 
 Split = tuple[np.ndarray, np.ndarray | None]
 Variables = list[tuple[str, str]]

@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 from matplotlib.figure import Figure
 
-from surrogate.levenberg_marquardt import History
-from surrogate.local_training import Growth
-from surrogate.protocol import Part, Selection
+from surrogate.training.levenberg_marquardt import History
+from surrogate.training.local_training import Growth
+from surrogate.training.selection import Part, Selection
 
 PANELS: dict[Part, str] = {
     "training": "Training",

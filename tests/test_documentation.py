@@ -24,7 +24,7 @@ import typer
 from typer.exceptions import TyperException
 
 from gtm_fmu import ControlLimits, linearize, trim
-from study import cli
+from study.commands import cli
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))

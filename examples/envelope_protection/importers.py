@@ -13,7 +13,7 @@ from pathlib import Path
 from fmpy.ssp.ssd import SystemStructureDescription, read_ssd
 
 from examples.envelope_protection.system import PARAMETER_SET, STEP_S, STOP_S
-from gtm_fmu.client import FmuClient
+from gtm_fmu.aircraft.client import FmuClient
 
 RECORDED = (
     "aircraft.air.tas",

@@ -14,12 +14,12 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1]))
 
-from fmu_src.archive import write_archive  # noqa: E402
-from fmu_src.compiler import host_binary  # noqa: E402
-from fmu_src.native_sources import standard_headers  # noqa: E402
+from fmu_src.fmus import build_fmu  # noqa: E402
+from fmu_src.packing.archive import write_archive  # noqa: E402
+from fmu_src.packing.compiler import host_binary  # noqa: E402
+from fmu_src.packing.native_sources import standard_headers  # noqa: E402
 from gtm_fmu import InputError  # noqa: E402
 from gtm_fmu.files import writable_folder  # noqa: E402
-from study.fmus import build_fmu  # noqa: E402
 
 STATES = {
     **{"state.u": "ub", "state.v": "vb", "state.w": "wb"},

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fmu_src import build
-from gtm_fmu.client import FmuClient
+from gtm_fmu.aircraft.client import FmuClient
 from surrogate import Network, Variable
 from tests.fmu_src.native_session import SESSIONS, Session
 

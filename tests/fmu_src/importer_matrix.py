@@ -19,7 +19,7 @@ import numpy as np
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from gtm_fmu.client import FmuClient
+from gtm_fmu.aircraft.client import FmuClient
 
 STEP_S, STEPS = 0.02, 100
 FLIGHT = ("control.elevator", 0.08, ("state.u", "state.w", "state.q", "state.altitude", "path.gamma"))
@@ -224,7 +224,7 @@ def table(cells: Mapping[tuple[str, str], str], models: Iterable[str]) -> str:
 
 def main() -> None:
     """Build the FMUs and print the table."""
-    from study.fmus import build_fmu
+    from fmu_src.fmus import build_fmu
 
     with tempfile.TemporaryDirectory() as folder:
         paths = {name: build_fmu(name, folder) for name in CASES}

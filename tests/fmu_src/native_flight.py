@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from fmu_src.dynamics_variables import dynamics_description
-from fmu_src.reference_results import DOUBLETS, commands
+from fmu_src.description.dynamics_variables import dynamics_description
+from fmu_src.description.reference_results import DOUBLETS, commands
 from gtm_fmu.airframe.names import CONTROLS, OUTPUTS, STATES
 from tests.fmu_src.native_session import OK
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmu_src.dynamics_variables import dynamics_description
+from fmu_src.description.dynamics_variables import dynamics_description
 from gtm_fmu import core
 from gtm_fmu.airframe.names import CONTROLS, OUTPUTS, STATES
 

@@ -9,14 +9,14 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
-from fmu_src.aircraft_variables import USAGE, aircraft_description
-from fmu_src.gtm_aircraft import ALL_FAULTS
+from fmu_src.description.aircraft_variables import USAGE, aircraft_description
+from fmu_src.slaves.gtm_aircraft import ALL_FAULTS
+from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.airframe.names import CONTROLS, SIMULATION_INPUTS, SIMULATION_SETTINGS, STATES
-from gtm_fmu.client import FmuClient, FmuError
 from gtm_fmu.core import library_path
 from gtm_fmu.core.simulation import DEFAULTS, FAULTS, Simulation, memory_size
-from gtm_fmu.steady import trim
-from gtm_fmu.trim import FmuTrimmer
+from gtm_fmu.trims.fmu_trimmer import FmuTrimmer
+from gtm_fmu.trims.steady import trim
 from tests.fmu_src.conftest import AIRCRAFT
 from tests.fmu_src.native_session import DISCARD, ERROR, OK, SESSIONS
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from fmu_src.gtm_dynamics import FAULTS
+from fmu_src.slaves.gtm_dynamics import FAULTS
 from gtm_fmu import core
+from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.airframe.names import CONTROLS, STATES
-from gtm_fmu.client import FmuClient, FmuError
 from gtm_fmu.core import library_path
 
 from .conftest import read

@@ -1,4 +1,4 @@
-"""The envelope FMUs, in Python and in C, against `gtm_fmu.envelope` in this process."""
+"""The envelope FMUs, in Python and in C, against `gtm_fmu.envelopes.envelope` in this process."""
 
 import csv
 import io
@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from gtm_fmu.client import FmuClient, FmuError
-from gtm_fmu.envelope import envelope
-from gtm_fmu.failures import ControlLimits
+from gtm_fmu.aircraft.client import FmuClient, FmuError
+from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.envelopes.envelope import envelope
 from tests.fmu_src.native_session import DISCARD, ERROR, OK
 
 CASE = ("altitude", "gamma", "rudder.lower", "rudder.upper")

@@ -10,7 +10,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src import build
-from gtm_fmu.client import FmuClient, FmuError
+from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.errors import InputError
 
 from .conftest import CASE_RANGES, random_networks, read

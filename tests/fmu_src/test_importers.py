@@ -10,7 +10,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmu_src.dynamics_variables import dynamics_description
+from fmu_src.description.dynamics_variables import dynamics_description
 from gtm_fmu import core
 from tests.fmu_src.importer_matrix import (
     CASES,

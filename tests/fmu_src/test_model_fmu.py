@@ -8,12 +8,12 @@ import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from fmu_src.model_fmu import build_model
-from gtm_fmu.client import FmuClient
+from fmu_src.packing.model_fmu import build_model
+from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.errors import InputError
 from surrogate import Network, Variable
 from tests.fmu_src.native_session import OK, SESSIONS
-from tests.surrogate.test_exports import INPUTS, MODELS, OUTPUTS, RANGES, X
+from tests.surrogate.exports.test_exports import INPUTS, MODELS, OUTPUTS, RANGES, X
 
 NAMES = [variable.name for variable in INPUTS]
 RESULTS = [variable.name for variable in OUTPUTS]

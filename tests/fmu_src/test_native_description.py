@@ -17,8 +17,9 @@ import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from fmu_src import build, compiler, native_sources
-from fmu_src.dynamics_variables import dynamics_description
+from fmu_src import build
+from fmu_src.description.dynamics_variables import dynamics_description
+from fmu_src.packing import compiler, native_sources
 from gtm_fmu import core
 from gtm_fmu.airframe.names import CONTROLS, STATES
 from gtm_fmu.errors import InputError

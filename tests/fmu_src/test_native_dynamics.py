@@ -11,7 +11,7 @@ from fmpy.fmi2 import FMU2Slave
 from scipy.integrate import solve_ivp
 
 from gtm_fmu import core
-from gtm_fmu.client import FmuClient
+from gtm_fmu.aircraft.client import FmuClient
 from tests.fmu_src.native_flight import (
     CONTROLS,
     DEG,

@@ -13,8 +13,9 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmu_src import build, compiler
-from fmu_src.native_sources import standard_headers
+from fmu_src import build
+from fmu_src.packing import compiler
+from fmu_src.packing.native_sources import standard_headers
 from gtm_fmu.errors import InputError
 from tests.fmu_src.native_flight import NU, U, X
 

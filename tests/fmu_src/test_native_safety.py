@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src.archive import digest
-from fmu_src.compiler import with_includes
-from fmu_src.native_packaging import NATIVE_MODELS
+from fmu_src.packing.archive import digest
+from fmu_src.packing.compiler import with_includes
+from fmu_src.packing.native_fmus import NATIVE_MODELS
 
 FUZZ = Path(__file__).parent / "fuzz"
 SEED = 20261122

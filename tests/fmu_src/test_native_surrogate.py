@@ -9,9 +9,9 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src import build
+from fmu_src.fmus import build_fmu
 from gtm_fmu.errors import InputError
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
-from study.fmus import build_fmu
 from tests.fmu_src.conftest import CASE_RANGES
 from tests.fmu_src.native_session import DISCARD, OK, SESSIONS
 

@@ -10,12 +10,12 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src import build
-from fmu_src.map_variables import map_source
-from fmu_src.native_sources import source_files
-from gtm_fmu.client import FmuClient
+from fmu_src.description.map_variables import map_source
+from fmu_src.packing.native_sources import source_files
+from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.core.sources import THRUST_MAP
+from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.errors import InputError
-from gtm_fmu.thrust_map import ThrustMap
 from tests.fmu_src.conftest import sessions
 from tests.fmu_src.native_session import DISCARD, ERROR, OK
 

@@ -15,9 +15,11 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 
-from fmu_src import build, compiler, packaging
-from fmu_src.slave import platform_folder
-from gtm_fmu.client import FmuClient, FmuError
+from fmu_src import build
+from fmu_src.packing import compiler
+from fmu_src.packing import python_fmus as packaging
+from fmu_src.slaves.slave import platform_folder
+from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
 
@@ -140,8 +142,8 @@ class TestOneProcess:
     def test_rebuilt_with_changed_source(self, dynamics_fmu, tmp_path, monkeypatch):
         """The copy computes the rates with the opposite sign."""
         source = tmp_path / "fmu_src"
-        shutil.copytree(Path(packaging.__file__).parent, source)
-        slave = source / "gtm_dynamics.py"
+        shutil.copytree(Path(packaging.__file__).parents[1], source)
+        slave = source / "slaves" / "gtm_dynamics.py"
         text = slave.read_text()
         assert text.count("= rates") == 1
         slave.write_text(text.replace("= rates", "= [-rate for rate in rates]"))

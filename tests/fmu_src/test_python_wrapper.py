@@ -18,7 +18,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from gtm_fmu.client import FmuClient
+from gtm_fmu.aircraft.client import FmuClient
 
 MODELS = ("dynamics", "aircraft", "envelope", "surrogate")
 OK, DISCARD, ERROR = 0, 2, 3

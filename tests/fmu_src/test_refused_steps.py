@@ -7,7 +7,7 @@ from time import process_time
 import fmpy
 import pytest
 
-from gtm_fmu.client import FmuClient, FmuError
+from gtm_fmu.aircraft.client import FmuClient, FmuError
 from tests.fmu_src.conftest import sessions
 from tests.fmu_src.native_session import DISCARD, OK, Session
 

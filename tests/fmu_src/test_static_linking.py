@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from examples.foreign_fmus.build import HERE as FOREIGN
-from fmu_src.model_fmu import build_model
-from fmu_src.native_packaging import NATIVE_MODELS
-from fmu_src.native_sources import HEADERS, standard_headers
+from fmu_src.packing.model_fmu import build_model
+from fmu_src.packing.native_fmus import NATIVE_MODELS
+from fmu_src.packing.native_sources import HEADERS, standard_headers
 from tests.fmu_src.test_model_fmu import MODELS
 
 LINKED = Path(__file__).with_name("linked.c")

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gtm_fmu import manoeuvre
+from gtm_fmu.aircraft.failures import ControlLimits
 from gtm_fmu.airframe.names import AILERON, ELEVATOR, PHI, RUDDER, THROTTLE, V
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration, trim_jacobian
-from gtm_fmu.envelope import Envelope, FlightCondition
-from gtm_fmu.failures import ControlLimits
+from gtm_fmu.envelopes.envelope import Envelope, FlightCondition
+from gtm_fmu.trims import manoeuvre
 from gtm_fmu.units import FT_S_PER_KT, RAD_PER_DEG
 from tests.reference import plain_model
 

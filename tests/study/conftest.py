@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmu_src.fmus import build_fmu
 from gtm_fmu.core import configuration as core
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.library import library
-from study import cli
-from study.fmus import build_fmu
+from study.commands import cli
 
 ENTRY_POINT = Path(sys.executable).with_name("gtm-fmu")
 

@@ -1,0 +1,1 @@
+"""What an FMU says of itself: variables, XML, documentation, icon, expected results."""

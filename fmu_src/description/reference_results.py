@@ -1,0 +1,116 @@
+"""Expected results that travel in a native FMU, by the core: a flight with doublets, envelopes of a failing rudder."""
+
+import csv
+import io
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fmu_src.description.model_description import EXTRA, ModelDescription
+from gtm_fmu import core
+from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.core.simulation import Simulation
+from gtm_fmu.envelopes.envelope import envelope
+from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
+
+STEP_S, STOP_S, RECORDED_EVERY = 0.02, 10.0, 5
+DOUBLETS = {"control.elevator": (1.0, 2.0, 3.0, 0.05), "control.aileron": (4.0, 4.5, 5.0, 0.03)}
+"""Begin, turn and end in s, and amplitude in rad."""
+Find = Callable[[float, float, tuple[float, float]], tuple[float, float, bool]]
+ENVELOPES, ENVELOPE_RESULTS = 11, ("v_min", "v_max", "margin.slow", "margin.fast", "feasible")
+
+
+def commands(time_s: float, trim: dict[str, float]) -> dict[str, float]:
+    """Values of the moving controls (SI) that are held over the communication step from a time on."""
+    values = {}
+    for name, (begin, turn, end, size) in DOUBLETS.items():
+        at = time_s + STEP_S / 2  # steps begin a rounding before or after these times
+        values[name] = trim[name] + (size if begin <= at < turn else -size if turn <= at < end else 0.0)
+    return values
+
+
+def _substep_s(model: ModelDescription) -> float:
+    return float(next(v.start for v in model.groups["solver"] if v.name == "solver.substep") or 0.0)
+
+
+def reference_flight(model: ModelDescription) -> dict[str, bytes]:
+    """Inputs and results of the reference flight as CSV, in SI, in the folder ``extra``."""
+    x, u, outputs = (model.groups[group] for group in ("states", "controls", "outputs"))
+    x_scale, u_scale, y_scale = (np.array([variable.scale for variable in group]) for group in (x, u, outputs))
+    trim = {variable.name: float(variable.start or 0.0) for variable in u}
+    state = np.array([variable.start for variable in x]) / x_scale
+    inputs, results = [], []
+    held = np.array(list(trim.values())) / u_scale
+    for i in range(round(STOP_S / STEP_S) + 1):
+        time_s = i * STEP_S
+        if i % RECORDED_EVERY == 0:  # at the end of a step, with its controls
+            results.append([time_s, *(state * x_scale), *(core.outputs(state, held) * y_scale)])
+        given = trim | commands(time_s, trim)
+        inputs.append([time_s, *given.values()])
+        held = np.array(list(given.values())) / u_scale
+        state = core.advance(state, held, STEP_S, _substep_s(model))
+    return _files(["time", *trim], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
+
+
+def reference_simulation(model: ModelDescription) -> dict[str, bytes]:
+    """The same flight through servos, delays and lag; the inputs that stay at their start values are left out."""
+    x, u, outputs = (model.groups[group] for group in ("states", "controls", "outputs"))
+    start, x_scale, u_scale, y_scale = (
+        np.array(numbers, float)
+        for numbers in ([v.start for v in x], *([v.scale for v in group] for group in (x, u, outputs)))
+    )
+    trim = {variable.name: float(variable.start or 0.0) for variable in u}
+    simulation = Simulation(start / x_scale)
+    inputs, results = [], []
+    held = np.array(list(trim.values())) / u_scale
+    for i in range(round(STOP_S / STEP_S) + 1):
+        time_s = i * STEP_S
+        if i % RECORDED_EVERY == 0:
+            results.append([time_s, *(simulation.x * x_scale), *(simulation.evaluate(held)[1] * y_scale)])
+        given = commands(time_s, trim)
+        inputs.append([time_s, *given.values()])
+        held = np.array(list((trim | given).values())) / u_scale
+        simulation.advance(held, STEP_S, _substep_s(model))
+    return _files(["time", *DOUBLETS], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
+
+
+def exact_envelope(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
+    """V_min and V_max in kn, zero without an envelope, and whether there is one."""
+    left = envelope(altitude_ft, gamma_deg, ControlLimits(rudder_deg=rudder_deg))
+    return left.v_min_kt or 0.0, left.v_max_kt or 0.0, left.feasible
+
+
+def reference_envelopes(model: ModelDescription, find: Find = exact_envelope) -> dict[str, bytes]:
+    """Inputs and results of a climb while ever less is left of the rudder, as CSV, in SI, in the folder ``extra``."""
+    inputs, results = [], []
+    for i in range(ENVELOPES):
+        part = i / (ENVELOPES - 1)
+        altitude_ft, gamma_deg, tas_kt = 2000 + 20000 * part, -3 + 5 * part, 90.0
+        rudder_deg = (-30 + 35 * part, 25 - 20 * part)  # in the end a jam at 5 deg
+        v_min, v_max, feasible = find(altitude_ft, gamma_deg, rudder_deg)
+        condition = (altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, *rudder_deg)))
+        inputs.append([float(i), *condition, tas_kt * M_S_PER_KT])
+        speeds = (v_min, v_max, tas_kt - v_min, v_max - tas_kt)
+        results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(feasible)])
+    given = [variable.name for group in ("case", "speed") for variable in model.groups[group]]
+    return _files(["time", *given], inputs, ["time", *ENVELOPE_RESULTS], results)
+
+
+def reference_samples(names: Sequence[str], X: np.ndarray, results: Sequence[str], Y: np.ndarray) -> dict[str, bytes]:
+    """Inputs X (n, d) and results Y (n, m) of a user's model, one a second, in the folder ``extra``."""
+    rows = ([[float(i), *row] for i, row in enumerate(values.tolist())] for values in (X, Y))
+    inputs, outputs = rows
+    return _files(["time", *names], inputs, ["time", *results], outputs)
+
+
+def _files(given: list[str], inputs: list, found: list[str], results: list) -> dict[str, bytes]:
+    names = ("reference_input", given, inputs), ("reference_result", found, results)
+    return {f"{EXTRA}/{name}.csv": _csv(header, rows) for name, header, rows in names}
+
+
+def _csv(header: list[str], rows: list[list[float]]) -> bytes:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([[f"{value:.10g}" for value in row] for row in rows])
+    return text.getvalue().encode()

@@ -1,0 +1,70 @@
+"""Parts of modelDescription.xml that FMI 2.0 and 3.0 write alike."""
+
+from collections.abc import Sequence
+
+from lxml import etree
+
+from fmu_src.description.model_description import (
+    BASE_UNITS,
+    BUILD_DATE,
+    DISPLAY_UNITS,
+    LOG_CATEGORIES,
+    ModelDescription,
+    Variable,
+)
+
+
+def attributes(values: dict) -> dict[str, str]:
+    """XML attributes of the values that are given; numbers to the last digit."""
+    texts = {bool: lambda value: str(value).lower(), float: repr}
+    return {name: texts.get(type(value), str)(value) for name, value in values.items() if value is not None}
+
+
+def places(names: Sequence[str] | None, place: dict[str, int]) -> str | None:
+    """What an unknown depends on, as an attribute; without it, it depends on all."""
+    return None if names is None else " ".join(map(str, sorted(place[name] for name in names)))
+
+
+def root_attributes(model: ModelDescription, version: str) -> dict[str, str]:
+    """What both standards say about a model as a whole."""
+    year, month, day, hour, minute, second = BUILD_DATE
+    values = {
+        "modelName": model.name,
+        "description": model.title,
+        "version": version,
+        "license": "Apache-2.0" if model.origin is None else None,
+        "generationTool": model.implementation.tool,
+        "generationDateAndTime": f"{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z",
+        "variableNamingConvention": "structured" if model.origin is None else "flat",
+    }
+    return attributes(values)
+
+
+def add_head(root: etree._Element, model: ModelDescription) -> None:
+    """Units, log categories and the default experiment."""
+    _add_units(root, model.variables)
+    categories = etree.SubElement(root, "LogCategories")
+    for name, description in LOG_CATEGORIES.items():
+        etree.SubElement(categories, "Category", name=name, description=description)
+    experiment = {"startTime": 0.0, "stopTime": model.stop_time, "stepSize": model.step_size}
+    etree.SubElement(root, "DefaultExperiment", attributes(experiment))
+
+
+def _add_units(root: etree._Element, variables: Sequence[Variable]) -> None:
+    definitions = etree.SubElement(root, "UnitDefinitions")
+    used = {variable.unit for variable in variables if not variable.boolean}
+    known = [name for name in (*BASE_UNITS, *DISPLAY_UNITS) if name in used]
+    for name in [*known, *sorted(used.difference(known))]:
+        unit = etree.SubElement(definitions, "Unit", name=name)
+        si_unit, factor = DISPLAY_UNITS.get(name, (name, None))
+        if si_unit in BASE_UNITS:
+            etree.SubElement(unit, "BaseUnit", attributes(BASE_UNITS[si_unit] | {"factor": factor}))
+        displayed = {variable.display_unit for variable in variables if variable.unit == name}
+        for display, (_, si_per_display) in DISPLAY_UNITS.items():
+            if display in displayed:
+                etree.SubElement(unit, "DisplayUnit", attributes({"name": display, "factor": 1 / si_per_display}))
+
+
+def document(root: etree._Element) -> bytes:
+    """The file of an element."""
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)

@@ -1,0 +1,1 @@
+"""Building FMUs: sources, compilers, archives."""

@@ -1,0 +1,1 @@
+"""What runs inside an FMU in Python: standard library and pythonfmu only."""

@@ -1,0 +1,1 @@
+"""Data sets of envelopes: cases, their results, the store on disk, computation by Dask."""

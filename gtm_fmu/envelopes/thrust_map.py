@@ -1,0 +1,294 @@
+"""The thrust map: envelopes of a jammed or restricted control by interpolation, in microseconds.
+
+At a given equivalent airspeed and flight-path angle a steady manoeuvre needs nearly the same gross thrust at every
+altitude, and the engines give theirs in proportion to the pressure (SPEC 6). So the envelopes of all altitudes follow
+from one surface, the least gross thrust over equivalent airspeed and jammed deflection: V_min and V_max are where it
+meets the thrust available, or where another limit ends it. The surface has no jumps; V_max has, where the surface folds
+under the available thrust, and they come out right. A restricted control may be held anywhere in its range, so its
+envelope is the union over the range, which the core finds exactly: wider limits never shrink an envelope.
+
+`thrust_survey` fills a map with exact solutions. A map is a small file; evaluating it needs NumPy and the core.
+"""
+
+import ctypes
+import hashlib
+import json
+import lzma
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gtm_fmu.aircraft.failures import WIDEST, ControlLimits, Range
+from gtm_fmu.core.library import address, library, rows
+from gtm_fmu.core.map_layout import RESULTS, CoreMap
+from gtm_fmu.errors import InputError
+from gtm_fmu.files import write_whole
+from gtm_fmu.trims import manoeuvre
+
+RUDDER_MAP = Path(str(files("gtm_fmu.envelopes") / "data" / "rudder_thrust_map.npz"))
+"""The map of the rudder that comes with the package."""
+FORMAT = "gtm_fmu.ThrustMap 2"
+MOST_DEFLECTIONS = MOST_SPEEDS = 128
+MOST_BYTES = 64_000_000
+"""Of all arrays of a file."""
+ARRAYS = (
+    *("altitude_ft", "density_ratio", "gamma_deg", "deflection_deg", "table"),
+    *("full_thrust_lbf", "tolerances"),
+)
+"""What a file holds beside its description."""
+_ARCHIVE = zipfile.BadZipFile, zlib.error, lzma.LZMAError, NotImplementedError, IndexError, AttributeError, struct.error
+"""What reading a damaged archive may end in."""
+
+
+class Tolerances(NamedTuple):
+    """What the standard deviations of a map are made of; chosen so that they hold on cases of their own.
+
+    Attributes:
+        thrust_lbf: how far the thrusts may be wrong; an end that jumps inside it is flagged as a fold.
+        thrust_deviations: how many standard deviations of the thrusts that is.
+        bend_share: standard deviation of an interpolated value, of the bend of its curve there.
+        least_kt: least standard deviation of V_min and V_max, equivalent airspeed.
+    """
+
+    thrust_lbf: float = 0.03
+    thrust_deviations: float = 8.0
+    bend_share: float = 0.2
+    least_kt: float = 0.0075
+
+
+def checked_cases(cases: ArrayLike, control: str) -> np.ndarray:
+    """Cases (n, 4) of altitude in ft, gamma in deg, lower and upper limit of a control in deg, one behind the other.
+
+    Raises:
+        InputError: another shape, no numbers, or outside what is allowed.
+    """
+    try:
+        cases = np.atleast_2d(np.asarray(cases, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError(f"Cases {cases!r} are no numbers; give altitude, gamma, lower, upper limit.") from None
+    if cases.shape[-1] != 4:
+        raise InputError(f"Cases of the shape {cases.shape} were given; give altitude, gamma, lower, upper limit.")
+    cases = rows(cases, 4, "cases")
+    altitude, gamma, lower, upper = cases.T
+    manoeuvre.check_values("altitude in ft", altitude, manoeuvre.ALTITUDE_FT)
+    manoeuvre.check_values("gamma in deg", gamma, manoeuvre.GAMMA_DEG)
+    for limits in (lower, upper):
+        manoeuvre.check_values(f"{control} in deg", limits, WIDEST[f"{control}_deg"])
+    if (lower > upper).any():
+        raise InputError(f"{control} in deg: limits are reversed; give the lower one first.")
+    return cases
+
+
+def checked_case(altitude_ft: float, gamma_deg: float, limits_deg: Range, control: str) -> list[float]:
+    """One case as a row of `checked_cases`.
+
+    Raises:
+        InputError: as there.
+    """
+    manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
+    manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
+    name = f"{control}_deg"
+    return [altitude_ft, gamma_deg, *getattr(ControlLimits(**{name: limits_deg}), name)]
+
+
+def first_of(envelopes: NamedTuple) -> dict[str, Any]:
+    """The first of several envelopes by its names, ready for JSON: None where there is no number."""
+    values = {name: column[0].item() for name, column in envelopes._asdict().items()}
+    return {name: None if value != value else value for name, value in values.items()}
+
+
+class MapEnvelopes(NamedTuple):
+    """Envelopes (n) by a map; without one the speeds and their standard deviations are NaN.
+
+    Attributes:
+        feasible: there is an envelope.
+        in_domain: altitude and flight path lie inside the map. Outside, the map goes on by its polynomials, and nobody
+            knows how far it is off: the standard deviations are NaN.
+        fold: a small change of thrust makes an end jump, or the envelope begin or cease to exist: solve exactly here.
+        spare_thrust_lbf: thrust left where the least is needed, at the tabulated deflections and both limits; below
+            zero there is no envelope.
+    """
+
+    v_min_kt: np.ndarray
+    v_max_kt: np.ndarray
+    v_min_std_kt: np.ndarray
+    v_max_std_kt: np.ndarray
+    feasible: np.ndarray
+    in_domain: np.ndarray
+    fold: np.ndarray
+    spare_thrust_lbf: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ThrustMap:
+    """Least gross thrust over jammed deflection and equivalent airspeed, at some density ratios and flight paths.
+
+    Attributes:
+        control: ``rudder``, ``aileron`` or ``elevator``.
+        altitude_ft: lowest and highest altitude of the map.
+        density_ratio: (k) of its altitudes, to sea level's.
+        gamma_deg: (l) flight-path angles; between them, and between the densities, by Lagrange's polynomials.
+        deflection_deg: (m) rising.
+        table: (k, l, m, 2 + n) slowest and fastest equivalent airspeed in kn that all limits but the throttle's leave,
+            and n least thrusts of both engines in lbf, at speeds v with evenly spaced sqrt(v - slowest).
+        full_thrust_lbf: gross thrust of both engines at sea level.
+        provenance: how the map came about and its measured errors: anything that JSON can hold.
+
+    Raises:
+        InputError: arrays that do not fit together, or numbers that no map can hold.
+    """
+
+    control: str
+    altitude_ft: tuple[float, float]
+    density_ratio: np.ndarray
+    gamma_deg: np.ndarray
+    deflection_deg: np.ndarray
+    table: np.ndarray
+    full_thrust_lbf: float
+    tolerances: Tolerances = field(default_factory=Tolerances)
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self):
+        """Hold the arrays unchangeable, in the types of the core."""
+        for name, dtype in (("density_ratio", "f8"), ("gamma_deg", "f8"), ("deflection_deg", "f8"), ("table", "f4")):
+            array = np.array(getattr(self, name), dtype=dtype, order="C")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        object.__setattr__(self, "tolerances", Tolerances(*map(float, self.tolerances)))
+        _check(self)
+
+    def predict(self, cases: ArrayLike) -> MapEnvelopes:
+        """Envelopes of cases (n, 4): altitude in ft, gamma in deg, lower and upper limit of the control in deg.
+
+        Raises:
+            InputError: altitude, flight path or limits outside what is allowed.
+        """
+        cases = checked_cases(cases, self.control)
+        altitude, gamma = cases[:, 0], cases[:, 1]
+        found = np.empty((len(cases), len(RESULTS)))
+        library().gtm_map_envelopes(
+            ctypes.byref(self._core()), ctypes.c_long(len(cases)), address(cases), address(found)
+        )
+        feasible = found[:, 4] >= 0
+        v_min, v_max, v_min_std, v_max_std = np.where(feasible[:, None], found[:, :4], np.nan).T
+        inside = (self.altitude_ft[0] <= altitude) & (altitude <= self.altitude_ft[1])
+        inside &= (self.gamma_deg.min() <= gamma) & (gamma <= self.gamma_deg.max())
+        v_min_std, v_max_std = (np.where(inside, std, np.nan) for std in (v_min_std, v_max_std))
+        return MapEnvelopes(
+            v_min, v_max, v_min_std, v_max_std, feasible, inside, fold=found[:, 5] > 0, spare_thrust_lbf=found[:, 4]
+        )
+
+    def predict_one(self, altitude_ft: float, gamma_deg: float, limits_deg: Range) -> dict[str, Any]:
+        """The same for one case, by the names of `MapEnvelopes` and ready for JSON: None where there is no speed.
+
+        Raises:
+            InputError: as `predict`.
+        """
+        return first_of(self.predict([checked_case(altitude_ft, gamma_deg, limits_deg, self.control)]))
+
+    def _core(self) -> CoreMap:
+        arrays = (self.density_ratio, self.gamma_deg, self.deflection_deg, self.table)
+        sizes = (*self.table.shape[:3], self.table.shape[3] - 2)
+        return CoreMap(*sizes, *(address(array) for array in arrays), self.full_thrust_lbf, *self.tolerances)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the map to a file, in one piece or not at all.
+
+        Raises:
+            InputError: it cannot be written.
+        """
+        path = Path(path)
+        described = {"format": FORMAT, "control": self.control, "provenance": self.provenance}
+        arrays = {name: np.asarray(getattr(self, name)) for name in ARRAYS}
+        text = json.dumps(described | {"checksum": _checksum(described, arrays)}, sort_keys=True, allow_nan=False)
+
+        def write(draft: Path) -> None:
+            with draft.open("wb") as file:  # NumPy would add an ending to a name
+                np.savez_compressed(file, allow_pickle=False, described=np.asarray(text), **arrays)
+
+        write_whole(path, write)
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path = RUDDER_MAP) -> "ThrustMap":
+        """Read a map that `save` wrote, by default the rudder's that comes with the package.
+
+        Raises:
+            InputError: there is none, or it is damaged or foreign.
+        """
+        try:
+            with zipfile.ZipFile(path) as archive:
+                declared = sum(member.file_size for member in archive.infolist())
+            if declared > MOST_BYTES:
+                raise ValueError(f"it says that it holds {declared:.3g} bytes, {MOST_BYTES:.3g} at most are read")
+            with np.load(path, allow_pickle=False) as content:
+                described = json.loads(str(content["described"]))
+                arrays = {name: content[name] for name in ARRAYS}
+            if described["format"] != FORMAT:
+                raise ValueError(f"its format is {described['format']!r}, {FORMAT!r} is read")
+            if described.pop("checksum") != _checksum(described, arrays):
+                raise ValueError("its checksum does not match its content")
+            lowest, highest = arrays.pop("altitude_ft").tolist()
+            full_thrust, tolerances = float(arrays.pop("full_thrust_lbf")), Tolerances(*arrays.pop("tolerances"))
+            return cls(
+                described["control"],
+                (lowest, highest),
+                **arrays,
+                full_thrust_lbf=full_thrust,
+                tolerances=tolerances,
+                provenance=described["provenance"],
+            )
+        except (OSError, ValueError, KeyError, TypeError, EOFError, MemoryError, RecursionError, *_ARCHIVE) as error:
+            reason = error.strerror if isinstance(error, OSError) and error.strerror else error
+            text = " ".join(str(reason).split()).rstrip(".") or type(error).__name__
+            raise InputError(f"'{path}' is no readable thrust map ({text}); make one with ThrustMap.save.") from None
+
+
+def _check(thrust_map: ThrustMap) -> None:
+    """Refuse numbers that a map cannot hold.
+
+    Raises:
+        InputError: with what is wrong.
+    """
+    control, table = thrust_map.control, thrust_map.table
+    nodes = {name: getattr(thrust_map, name) for name in ("density_ratio", "gamma_deg", "deflection_deg")}
+    if f"{control}_deg" not in WIDEST:
+        raise InputError(f"A thrust map of the control {control!r} is not known.")
+    if (
+        any(axis.ndim != 1 for axis in nodes.values())
+        or table.ndim != 4
+        or table.shape[:3] != tuple(map(len, nodes.values()))
+    ):
+        shapes = ", ".join(str(axis.shape) for axis in nodes.values())
+        raise InputError(f"A thrust map of nodes {shapes} cannot have a table of the shape {table.shape}.")
+    _, _, deflections, numbers = table.shape
+    if not (2 <= deflections <= MOST_DEFLECTIONS and 8 <= numbers - 2 <= MOST_SPEEDS):
+        raise InputError(f"A thrust map cannot have {deflections} deflections and {numbers - 2} speeds.")
+    constants = [*thrust_map.altitude_ft, thrust_map.full_thrust_lbf, *thrust_map.tolerances]
+    for name, array in (*nodes.items(), ("table", table), ("constants", np.array(constants, dtype=float))):
+        if not np.isfinite(array).all():
+            raise InputError(f"A thrust map must hold finite numbers, but its {name} does not.")
+    for name, way in (("density_ratio", -1.0), ("gamma_deg", 1.0), ("deflection_deg", 1.0)):
+        if (way * np.diff(nodes[name]) <= 0).any():
+            raise InputError(f"The {name} of a thrust map must {'rise' if way > 0 else 'fall'} from node to node.")
+    if thrust_map.altitude_ft[0] > thrust_map.altitude_ft[1] or (table[..., 0] > table[..., 1]).any():
+        raise InputError("Altitudes or speeds of a thrust map are reversed: the lower one comes first.")
+    if thrust_map.full_thrust_lbf <= 0 or min(thrust_map.tolerances) < 0 or thrust_map.tolerances.thrust_deviations < 1:
+        raise InputError("The thrust and the tolerances of a thrust map must be positive, its deviations at least 1.")
+
+
+def _checksum(described: dict[str, Any], arrays: Mapping[str, Any]) -> str:
+    """Hash of what a file holds."""
+    digest = hashlib.sha256(json.dumps(described, sort_keys=True).encode())
+    for name in sorted(arrays):
+        array = np.asarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode() + array.tobytes())
+    return digest.hexdigest()

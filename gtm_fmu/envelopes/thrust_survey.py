@@ -1,0 +1,162 @@
+"""Exact solutions that fill a thrust map: least thrust over speed with a control jammed."""
+
+import json
+import os
+import zipfile
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from gtm_fmu.aircraft.failures import WIDEST, ControlLimits
+from gtm_fmu.airframe import engines
+from gtm_fmu.airframe.atmosphere import DENSITY_0, atmosphere
+from gtm_fmu.airframe.names import THROTTLE, V
+from gtm_fmu.core import solver
+from gtm_fmu.datasets import results
+from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT
+from gtm_fmu.envelopes.thrust_map import ThrustMap
+from gtm_fmu.errors import InputError
+from gtm_fmu.files import write_whole
+from gtm_fmu.trims import manoeuvre
+from gtm_fmu.trims.manoeuvre import ALTITUDE_FT
+from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
+
+FASTEST_KT = 200.0
+"""Equivalent airspeed beyond every envelope: full thrust at sea level reaches 192 kn in a descent of 5 deg."""
+
+
+class Nodes(NamedTuple):
+    """Where a map is solved: altitudes in ft, flight paths and deflections in deg, number of speeds."""
+
+    altitudes_ft: Sequence[float] = ALTITUDE_FT
+    gammas_deg: Sequence[float] = (-5.0, 0.0, 5.0)
+    deflections_deg: Sequence[float] = (*np.arange(-30, -12, 0.5), *np.arange(-12, 12, 1.0), *np.arange(12, 30.5, 0.5))
+    speeds: int = 97
+
+    @property
+    def curves(self) -> int:
+        """Number of curves of thrust over speed."""
+        return len(self.altitudes_ft) * len(self.gammas_deg) * len(self.deflections_deg)
+
+    @property
+    def solves(self) -> int:
+        """Number of optimisations: of the slowest speed, the fastest, and each thrust between them."""
+        return self.curves * self.speeds
+
+
+def gross_thrust_lbf(throttle_pct: float, altitude_ft: float) -> float:
+    """Thrust of both engines before ram drag at a throttle position."""
+    speed = engines.rotor_speed(throttle_pct)
+    return 2.0 * float(engines.gross_thrust(speed, atmosphere(altitude_ft).pressure_ratio))
+
+
+def thrust_curve(control: str, altitude_ft: float, gamma_deg: float, deflection_deg: float, speeds: int) -> np.ndarray:
+    """A row of `ThrustMap.table` (2 + speeds); NaN where nothing was found."""
+    jam = ControlLimits(**{f"{control}_deg": (deflection_deg, deflection_deg)})
+    eas_per_tas = float(atmosphere(altitude_ft).sqrt_density_ratio)
+    lower, upper = manoeuvre.bounds(jam)
+    upper[THROTTLE] = THROTTLE_WITHOUT_LIMIT
+    upper[V] = FASTEST_KT / eas_per_tas * FT_S_PER_KT
+
+    def least(unknown: int, sign: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        found = solver.envelope_end(altitude_ft, gamma_deg * RAD_PER_DEG, low, high, sign * np.eye(solver.NT)[unknown])
+        return found.y if found.status == solver.TRIMMED else np.full(solver.NT, np.nan)
+
+    ends = [least(V, sign, lower, upper) for sign in (1.0, -1.0)]
+    row = np.full(2 + speeds, np.nan)
+    slowest, fastest = row[:2] = [end[V] * KT_PER_FT_S * eas_per_tas for end in ends]
+    row[2] = gross_thrust_lbf(ends[0][THROTTLE], altitude_ft)
+    for i in range(1, speeds):
+        speed_kt = slowest + (fastest - slowest) * (i / (speeds - 1)) ** 2
+        held = np.full(solver.NT, np.nan)
+        held[V] = speed_kt / eas_per_tas * FT_S_PER_KT
+        low, high = (np.where(np.isnan(held), bound, held) for bound in (lower, upper))
+        found = gross_thrust_lbf(least(THROTTLE, 1.0, low, high)[THROTTLE], altitude_ft)
+        row[2 + i] = found if np.isfinite(found) or i < speeds - 1 else gross_thrust_lbf(ends[1][THROTTLE], altitude_ft)
+    return row
+
+
+def survey(
+    nodes: Nodes,
+    control: str = "rudder",
+    progress: Callable[[int, int], None] | None = None,
+    workers: int | None = None,
+    kept: Path | None = None,
+) -> ThrustMap:
+    """Solve a map. A thrust that was not found, at a gap between speeds, is interpolated over the deflections.
+
+    Args:
+        progress: called with the number of finished curves and of all.
+        workers: threads; default one a core (the solver runs outside the interpreter's lock).
+        kept: file that holds what is finished of this survey, flight condition by flight condition, until all is.
+
+    Raises:
+        InputError: the file cannot be written, or is of another survey.
+    """
+    conditions = [(altitude, gamma) for altitude in nodes.altitudes_ft for gamma in nodes.gammas_deg]
+    deflections = np.asarray(nodes.deflections_deg, dtype=float)
+    asked = json.dumps([control, nodes, results.provenance()])
+    solved = list(_read(kept, asked)) if kept else []
+    curves = len(conditions) * len(deflections)
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        for altitude, gamma in conditions[len(solved) :]:
+            plane, before = [], len(solved) * len(deflections)
+            solve = partial(thrust_curve, control, altitude, gamma, speeds=nodes.speeds)
+            for row in pool.map(solve, deflections.tolist()):
+                plane.append(row)
+                if progress:
+                    progress(before + len(plane), curves)
+            solved.append(np.array(plane))
+            if kept:
+                _write(kept, asked, solved)
+    table = np.reshape(solved, (len(nodes.altitudes_ft), len(nodes.gammas_deg), len(deflections), -1))
+    if kept:
+        kept.unlink(missing_ok=True)
+    return ThrustMap(
+        control,
+        (min(nodes.altitudes_ft), max(nodes.altitudes_ft)),
+        np.array([float(atmosphere(altitude).density) / DENSITY_0 for altitude in nodes.altitudes_ft]),
+        np.asarray(nodes.gammas_deg),
+        deflections,
+        _filled(table, deflections),
+        gross_thrust_lbf(WIDEST["throttle_pct"][1], 0.0),
+        provenance={
+            **results.provenance(),
+            "solves": nodes.solves,
+            "interpolated": int(np.isnan(table).sum()),
+        },
+    )
+
+
+def _read(kept: Path, asked: str) -> np.ndarray:
+    """Finished flight conditions (k, deflections, 2 + speeds) of the survey that is asked for."""
+    if not kept.exists():
+        return np.empty((0, 0, 0))
+    try:
+        with np.load(kept, allow_pickle=False) as content:
+            if str(content["asked"]) != asked:
+                raise ValueError("it is of another survey")
+            return content["solved"]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"{kept} cannot be continued ({error}); remove it to begin anew.") from None
+
+
+def _write(kept: Path, asked: str, solved: list[np.ndarray]) -> None:
+    def write(draft: Path) -> None:
+        with draft.open("wb") as file:
+            np.savez(file, asked=asked, solved=solved)
+
+    write_whole(kept, write)
+
+
+def _filled(table: np.ndarray, deflections: np.ndarray) -> np.ndarray:
+    """The table (k, l, m, n) with what is missing interpolated along the deflections (m)."""
+    filled = table.copy()
+    for k, gamma, i in set(map(tuple, np.argwhere(np.isnan(table))[:, [0, 1, 3]].tolist())):
+        known = np.isfinite(table[k, gamma, :, i])
+        filled[k, gamma, :, i] = np.interp(deflections, deflections[known], table[k, gamma, known, i])
+    return filled

@@ -1,0 +1,1 @@
+"""Steady manoeuvres: what may be asked, trims by the core and over FMU evaluations, linear models."""

@@ -1,0 +1,305 @@
+"""Steady manoeuvres at the public edge: what may be asked, the bounds it means, and the trim that answers."""
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from gtm_fmu.aircraft import airspeed
+from gtm_fmu.aircraft.failures import ControlLimits, Failure, Range
+from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
+from gtm_fmu.airframe.names import (
+    CONTROLS,
+    ELEVATOR,
+    OUTPUTS,
+    STATES,
+    THROTTLE,
+    control_variable,
+    state_variable,
+)
+from gtm_fmu.core import configuration as configured
+from gtm_fmu.core import motion, solver
+from gtm_fmu.core.configuration import Configuration, trim_residual
+from gtm_fmu.errors import InputError
+from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, M_PER_FT, RAD_PER_DEG
+
+ALPHA_DEG: Range = (-5.0, 10.5)
+PHI_DEG: Range = (-30.0, 30.0)
+"""Bounds of the study on alpha and phi (SPEC 9, paper Fig. 8)."""
+
+WIDEST_ALPHA_DEG: Range = (-20.0, 40.0)
+WIDEST_PHI_DEG: Range = (-80.0, 80.0)
+BETA_DEG: Range = (-45.0, 45.0)
+"""Widest bounds that may be asked for; sideslip as far as the aerodynamic tables go."""
+
+ALTITUDE_FT: Range = (0.0, math.floor(TROPOPAUSE_FT))
+GAMMA_DEG: Range = (-45.0, 45.0)
+TAS_KT: Range = (20.0, 350.0)
+TURN_RATE_DEG_S: Range = (-90.0, 90.0)
+"""What may be asked: the atmosphere's first layer, and speeds, paths and turns that hold every trim of the model."""
+
+_HELD_TOLERANCE = 1e-6  # of an unknown's typical size: closer to a bound than this is held by it
+_NO_THRUST = 1e-6  # lbf
+CONVERGED_RESIDUAL = 1e-9
+"""Largest acceleration of a converged trim, ft/s^2 and rad/s^2 alike."""
+
+STATE_SI = np.where(np.isin(STATES, ("u", "v", "w", "altitude")), M_PER_FT, 1.0)
+CONTROL_SI = np.array([RAD_PER_DEG, RAD_PER_DEG, RAD_PER_DEG, 0.01])
+"""SI units in one of the airframe's, of the states and the controls."""
+
+_UNIT = np.array([KT_PER_FT_S, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD])
+
+
+def check_range(name: str, value: float, allowed: Range, advice: str = "give a value inside") -> float:
+    """The value as a float.
+
+    Raises:
+        InputError: not a finite number inside ``allowed``.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} {value!r} is not a number; give one from {allowed[0]:g} to {allowed[1]:g}.") from None
+    if not allowed[0] <= number <= allowed[1]:
+        raise InputError(f"{name} {number:g} is outside {allowed[0]:g} .. {allowed[1]:g}; {advice}.")
+    return number
+
+
+def check_values(name: str, values, allowed: Range) -> np.ndarray:
+    """The values as a float array of the same shape.
+
+    Raises:
+        InputError: not numbers, or one of them not finite or not inside ``allowed``.
+    """
+    try:
+        numbers = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is no array of numbers; give some from {allowed[0]:g} to {allowed[1]:g}.") from None
+    outside = numbers[~((allowed[0] <= numbers) & (numbers <= allowed[1]))]
+    if outside.size:
+        raise InputError(
+            f"{name}: {outside.size} of {numbers.size} values are outside {allowed[0]:g} .. {allowed[1]:g}, "
+            f"the first is {outside[0]:g}; give values inside."
+        )
+    return numbers
+
+
+def check_pair(name: str, pair, widest: Range) -> Range:
+    """Lower and upper bound as floats.
+
+    Raises:
+        InputError: not two numbers, reversed, or not inside ``widest``.
+    """
+    try:
+        if isinstance(pair, str | bytes):  # "12" is no pair of 1 and 2
+            raise TypeError
+        lower, upper = pair
+    except (TypeError, ValueError):
+        raise InputError(f"{name} {pair!r} is not a pair; give two numbers, lower and upper bound.") from None
+    lower, upper = check_range(name, lower, widest), check_range(name, upper, widest)
+    if lower > upper:
+        raise InputError(f"{name} {lower:g} {upper:g} are reversed; give the lower one first.")
+    return lower, upper
+
+
+def bounds(
+    limits: ControlLimits | Failure,
+    alpha_deg: Range = ALPHA_DEG,
+    phi_deg: Range = PHI_DEG,
+    tas_kt: Range = TAS_KT,
+    turn_rate_deg_s: Range = TURN_RATE_DEG_S,
+    beta_deg: Range = BETA_DEG,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper bounds (9 each) of the trim unknowns in the core's units; equal ends hold an unknown.
+
+    There are 10 each where a failure leaves both engines running with a throttle of their own.
+    """
+    alpha_deg = check_pair("alpha in deg", alpha_deg, WIDEST_ALPHA_DEG)
+    phi_deg = check_pair("phi in deg", phi_deg, WIDEST_PHI_DEG)
+    tas_kt = check_pair("tas in kn", tas_kt, TAS_KT)
+    turn_rate_deg_s = check_pair("turn rate in deg/s", turn_rate_deg_s, TURN_RATE_DEG_S)
+    beta_deg = check_pair("beta in deg", beta_deg, BETA_DEG)
+    angles = np.array([tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg]) / _UNIT[:, None]
+    return np.append(angles[:, 0], limits.lower), np.append(angles[:, 1], limits.upper)
+
+
+def limits_hit(y, lower, upper, airframe: solver.Airframe = solver.STUDY) -> tuple[str, ...]:
+    """Bounds that a point holds or exceeds, as ``alpha.upper``; of jammed and held unknowns only those it exceeds."""
+    names = []
+    scales = solver.scale(airframe)
+    for name, value, low, high, scale in zip(airframe.unknowns, y, lower, upper, scales, strict=True):
+        slack = _HELD_TOLERANCE * scale * (-1 if low == high else 1)
+        if value <= low + slack:
+            names.append(f"{name}.lower")
+        if value >= high - slack:
+            names.append(f"{name}.upper")
+    return tuple(names)
+
+
+def load_factors(x, u, configuration: Configuration | None = None) -> np.ndarray:
+    """Load factor (..) of states x (.., 12) and controls u (.., 4 or 5); see `Trim.load_factor`."""
+    return -_outputs(x, u, configuration)[..., OUTPUTS.index("load_z")]
+
+
+def is_idling(x, u, configuration: Configuration | None = None) -> np.ndarray:
+    """Whether the engines have no net thrust (..): it sticks at zero there whatever a low throttle (SPEC 6)."""
+    thrusts = [OUTPUTS.index("thrust_left"), OUTPUTS.index("thrust_right")]
+    return np.all(_outputs(x, u, configuration)[..., thrusts] <= _NO_THRUST, axis=-1)
+
+
+def _outputs(x, u, configuration: Configuration | None) -> np.ndarray:
+    """`names.OUTPUTS` (.., 15)."""
+    return motion.outputs(x, u) if configuration is None else configured.outputs(x, u, configuration)
+
+
+@dataclass(frozen=True)
+class Trim:
+    """One steady manoeuvre, or the nearest to it that was found.
+
+    Attributes:
+        converged: the six accelerations are zero (``residual`` <= 1e-9 ft/s^2, rad/s^2).
+        feasible: converged, and inside every limit.
+        throttle_pct: of the engines that run; None where they have a throttle each, ``throttle_left_pct`` and
+            ``throttle_right_pct``, which are None otherwise.
+        limits_hit: limits that hold the trim, or that it exceeds when it is not feasible, as ``throttle.upper``.
+        failure: what was left of the aircraft, with the limits of its controls.
+    """
+
+    converged: bool
+    feasible: bool
+    residual: float
+    altitude_ft: float
+    tas_kt: float
+    gamma_deg: float
+    turn_rate_deg_s: float
+    alpha_deg: float
+    beta_deg: float
+    phi_deg: float
+    theta_deg: float
+    p_deg_s: float
+    q_deg_s: float
+    r_deg_s: float
+    elevator_deg: float
+    aileron_deg: float
+    rudder_deg: float
+    throttle_pct: float | None
+    limits_hit: tuple[str, ...]
+    unknowns: np.ndarray = field(repr=False, compare=False)
+    throttle_left_pct: float | None = None
+    throttle_right_pct: float | None = None
+    failure: Failure = field(default_factory=Failure, repr=False)
+
+    @classmethod
+    def of_unknowns(
+        cls,
+        y,
+        altitude_ft: float,
+        gamma_deg: float,
+        inside: bool,
+        hit,
+        failure: ControlLimits | Failure | None = None,
+        residual: float | None = None,
+    ) -> "Trim":
+        """The trim of unknowns y (9 or 10, core units); ``inside`` tells whether they are inside every limit.
+
+        ``failure`` is what it was found with; ``residual`` that of the aircraft that was trimmed, where it is not ours.
+        """
+        gamma, failure = gamma_deg * RAD_PER_DEG, Failure.of(failure)
+        airframe = failure.airframe
+        x, u = solver.trim_states(altitude_ft, gamma, y, airframe)
+        if residual is None:
+            if airframe.configuration is None:
+                F = motion.derivatives(x, u)[:6]
+            else:
+                F = trim_residual(solver.with_both_throttles(y, airframe), altitude_ft, gamma, airframe.configuration)
+            residual = float(np.abs(F).max())
+        tas_kt, alpha_deg, beta_deg, turn_rate_deg_s, phi_deg = (y[: len(_UNIT)] * _UNIT).tolist()
+        p_deg_s, q_deg_s, r_deg_s = (x[3:6] * DEG_PER_RAD + 0.0).tolist()  # no -0
+        elevator_deg, aileron_deg, rudder_deg = y[ELEVATOR:THROTTLE].tolist()
+        throttles = y[THROTTLE:].tolist()
+        is_separate = airframe.throttles == solver.TWO_THROTTLES
+        converged = bool(residual <= CONVERGED_RESIDUAL)
+        return cls(
+            converged=converged,
+            feasible=converged and bool(inside),
+            residual=float(residual),
+            altitude_ft=float(altitude_ft),
+            tas_kt=tas_kt,
+            gamma_deg=float(gamma_deg),
+            turn_rate_deg_s=turn_rate_deg_s,
+            alpha_deg=alpha_deg,
+            beta_deg=beta_deg,
+            phi_deg=phi_deg,
+            theta_deg=float(x[10] * DEG_PER_RAD),
+            p_deg_s=p_deg_s,
+            q_deg_s=q_deg_s,
+            r_deg_s=r_deg_s,
+            elevator_deg=elevator_deg,
+            aileron_deg=aileron_deg,
+            rudder_deg=rudder_deg,
+            throttle_pct=None if is_separate else throttles[0],
+            limits_hit=tuple(hit),
+            unknowns=np.array(y),
+            throttle_left_pct=throttles[0] if is_separate else None,
+            throttle_right_pct=throttles[1] if is_separate else None,
+            failure=failure,
+        )
+
+    @property
+    def configuration(self) -> Configuration | None:
+        """Of the airframe; None for the study's."""
+        return self.failure.airframe.configuration
+
+    @property
+    def shortfall(self) -> str:
+        """Why the trim is not feasible, in words."""
+        if not self.converged:
+            return f"largest acceleration {self.residual:.3g} ft/s^2 or rad/s^2"
+        return f"outside {', '.join(self.limits_hit) or 'its limits'}"
+
+    @property
+    def state_and_controls(self) -> tuple[np.ndarray, np.ndarray]:
+        """State x (12) and controls u (4) in the specification's units; latitude, longitude and psi are zero.
+
+        With a configuration the controls are 5, a throttle for each engine.
+        """
+        gamma = self.gamma_deg * RAD_PER_DEG
+        return solver.trim_states(self.altitude_ft, gamma, self.unknowns, self.failure.airframe)
+
+    @property
+    def eas_kt(self) -> float:
+        """Equivalent airspeed in kn."""
+        return airspeed.eas_of_tas(self.tas_kt, self.altitude_ft)
+
+    @property
+    def cas_kt(self) -> float:
+        """Calibrated airspeed in kn."""
+        return airspeed.cas_of_tas(self.tas_kt, self.altitude_ft)
+
+    @property
+    def load_factor(self) -> float:
+        """What an accelerometer along the body's upward axis reads, in g: ``load_z`` (SPEC 8) with the other sign."""
+        return float(load_factors(*self.state_and_controls, self.configuration))
+
+    def start_values(self) -> dict[str, float]:
+        """States and controls under the names of GtmDynamics and in SI, to start an FMU from; it flies on as it is.
+
+        Damage and engines that are out are not among them.
+
+        Raises:
+            InputError: each engine has a throttle, which no FMU has.
+        """
+        if self.throttle_pct is None:
+            raise InputError("Each engine of this trim has a throttle, but an FMU has one for both.")
+        x, u = self.state_and_controls
+        values = dict(zip(map(state_variable, STATES), (x * STATE_SI).tolist(), strict=True))
+        controls = u[: len(CONTROLS)] * CONTROL_SI
+        return values | dict(zip(map(control_variable, CONTROLS), controls.tolist(), strict=True))
+
+    def to_dict(self) -> dict[str, Any]:
+        """All named values, ready for JSON, with the speeds and the load factor that follow from them."""
+        names = [f.name for f in fields(self) if f.name not in ("unknowns", "failure")]
+        names += ["eas_kt", "cas_kt", "load_factor"]
+        values = {name: value for name in names if (value := getattr(self, name)) is not None}
+        return values | {"limits_hit": list(self.limits_hit)}

@@ -1,0 +1,1 @@
+"""The command line `gtm-fmu`, a module a group of commands."""

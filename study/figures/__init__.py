@@ -1,0 +1,1 @@
+"""Figures of envelopes, and interactive pages."""

@@ -1,0 +1,1 @@
+"""The published study: its numbers, our counterparts, comparison and report."""

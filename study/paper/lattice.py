@@ -1,0 +1,69 @@
+"""The paper's lattice of cases, and how many of them have an envelope beside the counts that the paper prints."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gtm_fmu.datasets.axes import failure_levels, levels
+from gtm_fmu.datasets.cases import CaseTable
+from gtm_fmu.datasets.lattice import PAPER_ALTITUDES_FT, PAPER_GAMMAS_DEG, PAPER_RUDDERS_DEG
+from gtm_fmu.datasets.store import slices
+from study.paper import published
+
+
+def paper_lattice() -> CaseTable:
+    """The 1232 cases of the paper's Table 7."""
+    return CaseTable.lattice(
+        [
+            levels("altitude", PAPER_ALTITUDES_FT),
+            levels("gamma", PAPER_GAMMAS_DEG),
+            failure_levels("rudder", PAPER_RUDDERS_DEG),
+        ]
+    )
+
+
+def _members(gamma: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> dict[int, np.ndarray]:
+    """Which cases belong to each of the paper's six data sets."""
+    members = {}
+    for number, fewer in published.DATA_SET_LEVELS.items():
+        inside = np.isin(gamma, fewer.get("gamma_deg", PAPER_GAMMAS_DEG))
+        for limit in (lower, upper):
+            inside &= np.isin(limit, fewer.get("rudder_deg", PAPER_RUDDERS_DEG))
+        members[number] = inside
+    return members
+
+
+def counts(store: str | Path) -> list[dict[str, Any]]:
+    """Cases and feasible ones of the paper's six data sets in a store of its lattice, beside the paper's samples."""
+    parts = list(slices(store, ["gamma", "rudder_lower", "rudder_upper", "feasible"]))
+    gamma, lower, upper, feasible = (
+        np.concatenate([part[name].values for part in parts])
+        for name in ("gamma", "rudder_lower", "rudder_upper", "feasible")
+    )
+    return [
+        {
+            "data_set": number,
+            "cases": int(inside.sum()),
+            "feasible": int(feasible[inside].sum()),
+            "paper": published.TRAINING_SAMPLES[number],
+        }
+        for number, inside in _members(gamma, lower, upper).items()
+    ]
+
+
+def contradiction() -> str:
+    """Why no aircraft gives the paper's six counts.
+
+    Data sets 2 and 3 have no level of the rudder in common. A pair with one limit of each is in data set 6, and at
+    three flight-path angles in data set 1; taking 2 and 3 from 6, and 4 and 5 from 1, leaves these pairs.
+    """
+    gamma, lower, upper = paper_lattice().rows(0, len(paper_lattice()))[:, [1, 6, 7]].T
+    members = _members(gamma, lower, upper)
+    left_out = {k: int(inside.sum()) - published.TRAINING_SAMPLES[k] for k, inside in members.items()}
+    everywhere, at_three = left_out[6] - left_out[2] - left_out[3], left_out[1] - left_out[4] - left_out[5]
+    return (
+        "The paper's six counts contradict each other: of the pairs with one limit from data set 2 and one from data "
+        f"set 3 they leave out {everywhere} at all flight-path angles (6 - 2 - 3), but {at_three} at three of these "
+        "angles alone (1 - 4 - 5)."
+    )

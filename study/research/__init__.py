@@ -1,0 +1,1 @@
+"""Surrogates beyond the paper, measured on exact cases off the lattice."""

@@ -1,0 +1,1 @@
+"""A fitted model as C, JavaScript, NumPy, ONNX, sympy, text."""

@@ -1,0 +1,1 @@
+"""Fitted models in closed form, their scaling and their files; no training, no torch."""

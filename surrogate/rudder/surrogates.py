@@ -1,0 +1,66 @@
+"""The surrogates of a failed rudder by their names: those that come with the package, or of a file or folder."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, ThrustMap
+from gtm_fmu.errors import InputError
+from study.commands.models import DEFAULT
+from surrogate.rudder.emulator import NETWORK, PAPER, SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
+
+SURROGATES: Mapping[str, Path] = {DEFAULT: RUDDER_MAP, "network": NETWORK, "paper": PAPER}
+"""Where the surrogates of the package are, by their names."""
+
+
+def surrogate_path(model: str) -> Path:
+    """The file of a thrust map or the folder of networks that a name or a path means.
+
+    Raises:
+        InputError: there is none.
+    """
+    path = SURROGATES.get(model, Path(model))
+    if not path.exists():
+        names = ", ".join(SURROGATES)
+        raise InputError(f"--model was given as '{model}': give {names}, a thrust map's file or a folder of networks.")
+    return path
+
+
+def load_surrogate(model: str = DEFAULT) -> ThrustMap | RudderEmulator:
+    """A surrogate by its name, its file or its folder.
+
+    Raises:
+        InputError: missing, damaged or foreign.
+    """
+    path = surrogate_path(model)
+    if path.is_dir():
+        return RudderEmulator.load(path)
+    thrust_map = ThrustMap.load(path)
+    if thrust_map.control != "rudder":
+        raise InputError(f"'{path}' is a thrust map of the {thrust_map.control}: give one of the rudder.")
+    return thrust_map
+
+
+def surrogate_files(model: str = DEFAULT) -> list[Path]:
+    """The files that an FMU is built of, after a look into them.
+
+    Raises:
+        InputError: as `load_surrogate`.
+    """
+    path = surrogate_path(model)
+    load_surrogate(model)
+    return [path / SPEEDS_FILE, path / THROTTLE_FILE] if path.is_dir() else [path]
+
+
+def measured_errors(surrogate: ThrustMap | RudderEmulator) -> str | None:
+    """One sentence on the errors that were measured on exact cases off the lattice, where they are known."""
+    provenance = surrogate.provenance if isinstance(surrogate, ThrustMap) else surrogate.speeds.provenance
+    scores = provenance.get("off_lattice")
+    if not scores:
+        return None
+    whole = scores["all"]
+    inside = f"; its 95 % intervals hold {scores['inside_95']:.0%} of them" if "inside_95" in scores else ""
+    return (
+        f"In {whole['cases']} random cases off the lattice 95 % of its errors were below "
+        f"{whole['percentile_95_kt']:.2f} kn, the largest {whole['largest_kt']:.1f} kn{inside}; whether there is an "
+        f"envelope was right in {whole['same_verdict']:.2%}."
+    )

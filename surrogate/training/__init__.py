@@ -1,0 +1,1 @@
+"""From samples to fitted models: training, and selection among many trainings."""
