@@ -5,7 +5,7 @@ import sys
 
 from fmu_src.fmus import MODELS, NATIVE_MODELS, build_fmu
 from gtm_fmu.errors import InputError
-from study.commands.models import MODEL_HELP
+from surrogate.rudder.names import MODEL_HELP
 
 
 def main() -> int:

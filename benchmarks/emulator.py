@@ -30,8 +30,8 @@ from surrogate import Network
 from surrogate.exports.c_source import c_header, c_source
 from surrogate.exports.closed_form import closed_form
 from surrogate.exports.onnx_model import onnx_model
-from surrogate.models.scaling import to_symmetric
 from surrogate.rudder.emulator import PAPER, SPEEDS_FILE, RudderEmulator
+from surrogate.scaling import to_symmetric
 
 ROUNDS, BATCH, BLOCK, THREADS = 5, 1_000_000, 4096, 2
 INPUTS = ("altitude", "gamma", "rudder.lower", "rudder.upper", "tas")

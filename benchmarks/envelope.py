@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from table import row, write
 
 from gtm_fmu import core
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.atmosphere import atmosphere
 from gtm_fmu.airframe.names import PHI, RUDDER, STATES, TRIM_UNKNOWNS, V
 from gtm_fmu.airframe.steady_manoeuvre import steady_manoeuvre

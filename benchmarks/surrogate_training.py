@@ -27,8 +27,8 @@ from table import row, write
 
 from gtm_fmu.datasets import lattice as dataset
 from surrogate import LocalSettings, select_network, split_samples, train_local_models
-from surrogate.models.scaling import column_ranges, to_symmetric
 from surrogate.rudder.emulator import INPUTS, SPEEDS
+from surrogate.scaling import column_ranges, to_symmetric
 from surrogate.training.local_selection import ALGORITHMS, LOCAL_MODELS
 from surrogate.training.perceptron import nguyen_widrow, split_parameters
 from surrogate.training.train import METHODS, generator

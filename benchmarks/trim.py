@@ -24,7 +24,7 @@ from table import row, write
 
 from fmu_src.fmus import build_fmu
 from gtm_fmu.aircraft.client import FmuClient
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core import solver
 from gtm_fmu.trims import steady
 from gtm_fmu.trims.fmu_trimmer import FmuTrimmer

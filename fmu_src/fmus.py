@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fmu_src.packing.python_fmus import MODELS, NATIVE_MODELS, build
-from study.commands.models import DEFAULT
+from surrogate.rudder.names import DEFAULT
 from surrogate.rudder.surrogates import surrogate_files
 
 __all__ = ["MODELS", "NATIVE_MODELS", "build_fmu"]

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gtm_fmu.aircraft.client import FmuClient, FmuError
-    from gtm_fmu.aircraft.failures import ControlLimits, Failure, RateLimits
+    from gtm_fmu.aircraft.failures import Failure
+    from gtm_fmu.aircraft.limits import ControlLimits, RateLimits
     from gtm_fmu.datasets.axes import choices, levels, limits_span, span
     from gtm_fmu.datasets.cases import CaseTable, GivenCases, Sampling
     from gtm_fmu.datasets.distribution import compute

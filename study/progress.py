@@ -6,8 +6,7 @@ from contextlib import AbstractContextManager, contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-Advance = Callable[[int, int], None]
-"""Called with the number of finished steps and of all."""
+from gtm_fmu.progress import Advance
 
 
 @contextmanager

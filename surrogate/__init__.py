@@ -8,11 +8,6 @@ written are in `surrogate.exports.forms`, the figures in `surrogate.plots`.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from surrogate.models.evaluation import Variable
-from surrogate.models.local_models import LocalModelNetwork
-from surrogate.models.network import Network
-from surrogate.models.storage import load_model
-
 if TYPE_CHECKING:
     from surrogate.estimators import (
         BayesianRegularizationRegressor,
@@ -20,6 +15,10 @@ if TYPE_CHECKING:
         LevenbergMarquardtRegressor,
         LolimotRegressor,
     )
+    from surrogate.models.evaluation import Variable
+    from surrogate.models.load import load_model
+    from surrogate.models.local_models import LocalModelNetwork
+    from surrogate.models.network import Network
     from surrogate.training.levenberg_marquardt import History, Schedule
     from surrogate.training.local_training import Growth, LocalSettings
     from surrogate.training.selection import Selection, Split, select_network, split_samples
@@ -54,6 +53,10 @@ _NAMES = {
         "LevenbergMarquardtRegressor",
         "LolimotRegressor",
     ),
+    "models.evaluation": ("Variable",),
+    "models.load": ("load_model",),
+    "models.local_models": ("LocalModelNetwork",),
+    "models.network": ("Network",),
     "training.levenberg_marquardt": ("History", "Schedule"),
     "training.local_training": ("Growth", "LocalSettings"),
     "training.selection": ("Selection", "Split", "select_network", "split_samples"),

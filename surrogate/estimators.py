@@ -14,7 +14,7 @@ from sklearn.utils.validation import _check_sample_weight, check_is_fitted, vali
 
 from surrogate.models.local_models import LocalModel, LocalModelNetwork
 from surrogate.models.network import Network
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 from surrogate.training import train as training
 from surrogate.training.levenberg_marquardt import Schedule
 from surrogate.training.local_training import Criterion, LocalSettings

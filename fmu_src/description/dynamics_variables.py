@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 
 from fmu_src.description.model_description import DISPLAY_UNITS, ModelDescription, Variable, si
-from gtm_fmu.aircraft.failures import WIDEST
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.airframe.names import (
     COEFFICIENTS,
     CONTROLS,

@@ -8,7 +8,7 @@ import numpy as np
 
 from fmu_src.description.model_description import EXTRA, ModelDescription
 from gtm_fmu import core
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.simulation import Simulation
 from gtm_fmu.envelopes.envelope import envelope
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG

@@ -5,16 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from fmu_src.description.model_description import DISPLAY_UNITS, ModelDescription, Variable, si
-from gtm_fmu.aircraft.failures import WIDEST
+from gtm_fmu.aircraft.ranges import ALTITUDE_FT, GAMMA_DEG, WIDEST
+from gtm_fmu.envelopes.feasibility import FULL_THROTTLE_PCT, has_envelope
 from gtm_fmu.errors import InputError
-from gtm_fmu.trims.manoeuvre import ALTITUDE_FT, GAMMA_DEG
 from surrogate import Network
 
 NETWORKS = ("speeds", "throttle")
 """In the order in which `packaging.build` takes their files: of V_min and V_max, and of t_min."""
 
 _EDGE_UNITS = {"ft": "ft", "deg": "deg", "kn": "kt", "%": "%"}  # as in the names of the networks' variables
-_FULL_THROTTLE_PCT = WIDEST["throttle_pct"][1]
 
 USAGE = (
     "V_min and V_max are the slowest and fastest true airspeed of a steady turn or straight flight at this altitude "
@@ -140,7 +139,7 @@ def emulated_envelope(speeds: Network, throttle: Network) -> Callable:
     def find(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
         case = [altitude_ft, gamma_deg, *rudder_deg]
         v_min, v_max = speeds.predict(case).tolist()
-        return v_min, v_max, bool(throttle.predict(case)[0] <= _FULL_THROTTLE_PCT and v_min <= v_max)
+        return v_min, v_max, bool(has_envelope(throttle.predict(case)[0]) and v_min <= v_max)
 
     return find
 
@@ -159,5 +158,5 @@ def surrogate_description(speeds: Network, throttle: Network) -> ModelDescriptio
         stop_time=1.0,
         step_size=0.1,
         usage=(*USAGE, f"Training data of these networks ({sizes} neurons): {', '.join(ranges)}."),
-        constants={"full_throttle_pct": _FULL_THROTTLE_PCT},
+        constants={"full_throttle_pct": FULL_THROTTLE_PCT},
     )

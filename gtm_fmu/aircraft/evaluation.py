@@ -6,7 +6,7 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
-from fmu_src.description.dynamics_variables import dynamics_description
+from gtm_fmu.aircraft.ranges import CONTROL_SI, STATE_SI, WIDEST
 from gtm_fmu.airframe.names import LINEAR_STATES, STATES
 
 LINEAR_ROWS = np.array([STATES.index(name) for name in LINEAR_STATES])
@@ -95,15 +95,12 @@ class FmuAirframe(FmuSystem):
     """
 
     def __init__(self, evaluator: DerivativeEvaluator):
-        """Take units and ranges from the table of variables, and the FMU's own units if it declares any."""
-        groups = dynamics_description().groups
-        x_scale, u_scale = ([variable.scale for variable in groups[group]] for group in ("states", "controls"))
-        scales = np.array(x_scale), np.array(u_scale), np.array(x_scale)
-        ends = [np.array([getattr(v, end) for v in groups["controls"]]) / u_scale for end in ("minimum", "maximum")]
+        """Take the FMU's own units if it declares any, SI otherwise."""
+        scales = STATE_SI, CONTROL_SI, STATE_SI
         factors = getattr(evaluator, "si_factors", None)
         if factors is not None:
             scales = tuple(scale / factor for scale, factor in zip(scales, factors(), strict=True))
-        super().__init__(evaluator, *scales, rows=LINEAR_ROWS, u_range=ends)
+        super().__init__(evaluator, *scales, rows=LINEAR_ROWS, u_range=np.array([*WIDEST.values()]).T)
 
 
 class FmuFunction(ca.Callback):

@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import FASTEST_DEG_S, WIDEST, ControlLimits, Failure, Range, RateLimits
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits, RateLimits
+from gtm_fmu.aircraft.ranges import ALTITUDE_FT, FASTEST_DEG_S, GAMMA_DEG, WIDEST, Range
 from gtm_fmu.airframe.configuration import RANGES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.names import CONTROLS
 from gtm_fmu.airframe.surfaces import COMMANDED, FLAPS, SPOILERS
 from gtm_fmu.core.configuration import Configuration
-from gtm_fmu.trims.manoeuvre import ALTITUDE_FT, GAMMA_DEG
 
 _SUFFIX = {"": "", "1": "", "deg": "_deg", "deg/s": "_deg_s", "%": "_pct", "ft": "_ft", "kt": "_kt", "lb": "_lb"}
 

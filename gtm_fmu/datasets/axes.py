@@ -12,10 +12,9 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import Range
 from gtm_fmu.aircraft.inputs import CHOICES, LIMITED, QUANTITIES, Column, limit_columns
+from gtm_fmu.aircraft.ranges import Range, check_pair, check_range
 from gtm_fmu.errors import InputError
-from gtm_fmu.trims.manoeuvre import check_pair, check_range
 
 T = TypeVar("T")
 MOST_LEVELS = 250_000

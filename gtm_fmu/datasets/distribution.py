@@ -20,8 +20,10 @@ from distributed import CancelledError, Client, KilledWorker, LocalCluster, Secu
 from distributed.comm import CommClosedError, get_address_host_port
 from distributed.utils import silence_logging_cmgr
 
-from gtm_fmu.aircraft.failures import ControlLimits, Range
-from gtm_fmu.datasets import results
+from gtm_fmu.aircraft import ranges
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import Range
+from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.datasets.cases import Cases
 from gtm_fmu.datasets.store import CaseStore, writer_lock
 from gtm_fmu.errors import InputError
@@ -49,8 +51,8 @@ Progress = Callable[[int, int], None]
 def compute(
     path: str | Path,
     table: Cases,
-    alpha_deg: Range = manoeuvre.ALPHA_DEG,
-    phi_deg: Range = manoeuvre.PHI_DEG,
+    alpha_deg: Range = ranges.ALPHA_DEG,
+    phi_deg: Range = ranges.PHI_DEG,
     *,
     chunk: int | None = None,
     workers: int | None = None,
@@ -147,7 +149,7 @@ def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, 
         threads = sum(client.nthreads().values())
         while len(asked) < _PIECES_A_THREAD * max(threads, 1) and (next_piece := next(pieces, None)):
             chunk, piece, cases = next_piece
-            arguments = {**options, "inputs": inputs, "asked_by": results.provenance()}
+            arguments = {**options, "inputs": inputs, "asked_by": provenance()}
             future = client.submit(_evaluation(), cases, **arguments, pure=False, retries=_RETRIES)
             asked[future.key] = chunk, piece
             running.add(future)
@@ -195,7 +197,7 @@ def _result(future, piece: range) -> dict[str, np.ndarray]:
         raise
     except ModuleNotFoundError as error:
         raise InputError(
-            f"A worker has no module {error.name}; install gtm-fmu {results.provenance()['gtm_fmu_version']} on every "
+            f"A worker has no module {error.name}; install gtm-fmu {provenance()['gtm_fmu_version']} on every "
             "worker and give the same command again, finished chunks are kept."
         ) from None
     except KilledWorker:

@@ -14,7 +14,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import xarray as xr
 
-from gtm_fmu.aircraft.failures import Range
+from gtm_fmu.aircraft.ranges import Range
+from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.datasets import results
 from gtm_fmu.datasets.axes import failure_levels, levels, limit_levels
 from gtm_fmu.datasets.cases import CaseTable
@@ -85,7 +86,7 @@ def lattice(
         },
         attrs={
             "title": "Lowest and highest speed of steady manoeuvres of the GTM-T2 with a failed rudder",
-            **results.provenance(),
+            **provenance(),
         },
     )
 

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gtm_fmu.aircraft.failures import WIDEST
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.datasets.axes import limits_span, span
 from gtm_fmu.datasets.cases import CaseTable, Sampling
 from gtm_fmu.errors import InputError

@@ -1,20 +1,17 @@
 """Results of a data set: what is kept of each case's envelope, as columns."""
 
-import hashlib
 from collections.abc import Collection, Mapping, Sequence
-from functools import cache
-from importlib.metadata import version
 from itertools import product
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import Range
 from gtm_fmu.aircraft.inputs import EVERYWHERE, Column, failure, has_throttles_apart
+from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, Range
 from gtm_fmu.airframe.names import TRIM_UNKNOWNS, TWO_THROTTLE_UNKNOWNS
-from gtm_fmu.airframe.tables import DATA_FILE
+from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.envelopes.envelope import Envelope, envelope
 from gtm_fmu.errors import InputError
-from gtm_fmu.trims.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
+from gtm_fmu.trims.manoeuvre import Trim
 
 SPEEDS = (Column("v_min", "kt"), Column("v_max", "kt"), Column("t_min", "%"))
 ENDS = ("v_min", "v_max")
@@ -55,13 +52,6 @@ def schema(inputs: Collection[str] = EVERYWHERE) -> dict[str, tuple[np.dtype, di
         columns |= {at(column.name, end): (number, {"units": column.units}) for column in trim_columns(inputs)}
         columns[at("limits", end)] = bits, legend
     return columns
-
-
-@cache
-def provenance() -> dict[str, str]:
-    """Version of the package and hash of its aerodynamic data, as attributes of a data set."""
-    data_hash = hashlib.sha256(DATA_FILE.read_bytes()).hexdigest()
-    return {"gtm_fmu_version": version("gtm-fmu"), "aerodynamic_data_sha256": data_hash}
 
 
 def evaluate(

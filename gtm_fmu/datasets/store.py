@@ -24,6 +24,7 @@ import zarr
 from zarr.codecs import ZstdCodec
 
 from gtm_fmu.aircraft.inputs import attributes
+from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.core import library_path
 from gtm_fmu.datasets import results
 from gtm_fmu.datasets.cases import Cases
@@ -47,7 +48,7 @@ def identity(table: Cases, options: Mapping[str, Any]) -> dict[str, Any]:
     """Attributes that tell what the values of a store follow from; a store is only continued if all are the same."""
     versions = {f"{package}_version": version(package) for package in ("numpy", "scipy")} | {"store_version": "2"}
     core = {"core_sha256": hashlib.sha256(library_path().read_bytes()).hexdigest()}
-    return results.provenance() | core | versions | table.describe() | dict(options)
+    return provenance() | core | versions | table.describe() | dict(options)
 
 
 @contextmanager

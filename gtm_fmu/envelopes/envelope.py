@@ -12,11 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure, Range
+from gtm_fmu.aircraft import ranges
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, Range
 from gtm_fmu.airframe.names import RUDDER, THROTTLE, TWO_THROTTLE_CONTROLS, V
 from gtm_fmu.core import solver
 from gtm_fmu.trims import manoeuvre
-from gtm_fmu.trims.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
+from gtm_fmu.trims.manoeuvre import Trim
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
 _KNOWN_ENDS = 4096
@@ -80,8 +83,8 @@ class FlightCondition:
         alpha_deg: Range = ALPHA_DEG,
         phi_deg: Range = PHI_DEG,
     ):
-        self.altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
-        self.gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
+        self.altitude_ft = ranges.check_range("altitude in ft", altitude_ft, ranges.ALTITUDE_FT)
+        self.gamma_deg = ranges.check_range("gamma in deg", gamma_deg, ranges.GAMMA_DEG)
         self.failure = Failure.of(limits)
         self.alpha_deg, self.phi_deg = alpha_deg, phi_deg
         self._lower, self._upper = manoeuvre.bounds(self.failure, alpha_deg, phi_deg)

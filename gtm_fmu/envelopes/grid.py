@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import AILERON, ALPHA, BETA, ELEVATOR, PHI, RUDDER, THROTTLE, V
 from gtm_fmu.core import solver
 from gtm_fmu.envelopes.envelope import FlightCondition

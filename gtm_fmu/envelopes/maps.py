@@ -8,22 +8,23 @@ from typing import TypeVar
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.inputs import LIMITED, Column
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import check_range
 from gtm_fmu.airframe.names import CONTROLS
 from gtm_fmu.core import solver
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.family import EnvelopeFamily, envelope_family
+from gtm_fmu.envelopes.feasibility import OPTIMUM_PCT, has_envelope
 from gtm_fmu.errors import InputError
-from gtm_fmu.trims.manoeuvre import check_range
-from study.progress import Advance
+from gtm_fmu.progress import Advance
 
 FIG_1 = (0.0, (10.0, 10.0))  # altitude and rudder of paper Fig. 1
 GAMMAS_DEG = tuple(np.arange(-5.0, 5.5, 1.0).tolist())
 ALTITUDES_FT = tuple(np.arange(0.0, 36001.0, 3000.0).tolist())
 JAM_STEP = 2.0
 THREADS = 2  # the solver runs outside the interpreter's lock
-_HELD_PCT = 1e-6  # of the throttle, as near to its limit as an optimum is
 
 Given = TypeVar("Given")
 Found = TypeVar("Found")
@@ -124,7 +125,7 @@ def _is_feasible(condition: FlightCondition) -> bool:
     if condition.failure.airframe.throttles == solver.TWO_THROTTLES:  # which have no least one
         return condition.envelope().feasible
     t_min = condition.least_throttle()
-    return t_min is not None and bool(t_min <= condition.failure.upper[-1] + _HELD_PCT)
+    return t_min is not None and bool(has_envelope(t_min, condition.failure.upper[-1], OPTIMUM_PCT))
 
 
 def _positions(control: str, step: float) -> tuple[Column, list[float]]:

@@ -14,12 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import WIDEST, ControlLimits, Failure, Range
+from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.inputs import CONDITION, LIMITED
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, WIDEST, Range
 from gtm_fmu.airframe.names import CONTROLS, TWO_THROTTLE_CONTROLS, V
 from gtm_fmu.core.solver import dead_controls
 from gtm_fmu.envelopes.envelope import Envelope, FlightCondition
-from gtm_fmu.trims.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
+from gtm_fmu.trims.manoeuvre import Trim
 from gtm_fmu.units import KT_PER_FT_S
 
 STEPS = {"ft": 4.0, "deg": 0.01, "%": 0.02}

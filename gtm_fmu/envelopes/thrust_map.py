@@ -26,12 +26,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gtm_fmu.aircraft.failures import WIDEST, ControlLimits, Range
+from gtm_fmu.aircraft import ranges
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import WIDEST, Range
 from gtm_fmu.core.library import address, library, rows
 from gtm_fmu.core.map_layout import RESULTS, CoreMap
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import write_whole
-from gtm_fmu.trims import manoeuvre
 
 RUDDER_MAP = Path(str(files("gtm_fmu.envelopes") / "data" / "rudder_thrust_map.npz"))
 """The map of the rudder that comes with the package."""
@@ -78,10 +79,10 @@ def checked_cases(cases: ArrayLike, control: str) -> np.ndarray:
         raise InputError(f"Cases of the shape {cases.shape} were given; give altitude, gamma, lower, upper limit.")
     cases = rows(cases, 4, "cases")
     altitude, gamma, lower, upper = cases.T
-    manoeuvre.check_values("altitude in ft", altitude, manoeuvre.ALTITUDE_FT)
-    manoeuvre.check_values("gamma in deg", gamma, manoeuvre.GAMMA_DEG)
+    ranges.check_values("altitude in ft", altitude, ranges.ALTITUDE_FT)
+    ranges.check_values("gamma in deg", gamma, ranges.GAMMA_DEG)
     for limits in (lower, upper):
-        manoeuvre.check_values(f"{control} in deg", limits, WIDEST[f"{control}_deg"])
+        ranges.check_values(f"{control} in deg", limits, WIDEST[f"{control}_deg"])
     if (lower > upper).any():
         raise InputError(f"{control} in deg: limits are reversed; give the lower one first.")
     return cases
@@ -93,8 +94,8 @@ def checked_case(altitude_ft: float, gamma_deg: float, limits_deg: Range, contro
     Raises:
         InputError: as there.
     """
-    manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
-    manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
+    ranges.check_range("altitude in ft", altitude_ft, ranges.ALTITUDE_FT)
+    ranges.check_range("gamma in deg", gamma_deg, ranges.GAMMA_DEG)
     name = f"{control}_deg"
     return [altitude_ft, gamma_deg, *getattr(ControlLimits(**{name: limits_deg}), name)]
 

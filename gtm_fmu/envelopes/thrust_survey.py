@@ -11,18 +11,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import WIDEST, ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import ALTITUDE_FT, WIDEST
 from gtm_fmu.airframe import engines
 from gtm_fmu.airframe.atmosphere import DENSITY_0, atmosphere
 from gtm_fmu.airframe.names import THROTTLE, V
+from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.core import solver
-from gtm_fmu.datasets import results
 from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import write_whole
 from gtm_fmu.trims import manoeuvre
-from gtm_fmu.trims.manoeuvre import ALTITUDE_FT
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 
 FASTEST_KT = 200.0
@@ -99,7 +99,7 @@ def survey(
     """
     conditions = [(altitude, gamma) for altitude in nodes.altitudes_ft for gamma in nodes.gammas_deg]
     deflections = np.asarray(nodes.deflections_deg, dtype=float)
-    asked = json.dumps([control, nodes, results.provenance()])
+    asked = json.dumps([control, nodes, provenance()])
     solved = list(_read(kept, asked)) if kept else []
     curves = len(conditions) * len(deflections)
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
@@ -125,7 +125,7 @@ def survey(
         _filled(table, deflections),
         gross_thrust_lbf(WIDEST["throttle_pct"][1], 0.0),
         provenance={
-            **results.provenance(),
+            **provenance(),
             "solves": nodes.solves,
             "interpolated": int(np.isnan(table).sum()),
         },

@@ -10,8 +10,9 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from gtm_fmu.aircraft import airspeed
-from gtm_fmu.aircraft.failures import Failure, Range
+from gtm_fmu.aircraft import airspeed, ranges
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.ranges import Range
 from gtm_fmu.airframe.names import CONTROLS, PHI, PSI_DOT
 from gtm_fmu.errors import InputError
 from gtm_fmu.trims import manoeuvre
@@ -76,9 +77,9 @@ class Conditions:
             failure,
             held("angle_of_attack_deg", alpha_deg),
             held("bank_deg", phi_deg),
-            held("tas_kt", manoeuvre.TAS_KT),
-            held("turn_rate_deg_s", manoeuvre.TURN_RATE_DEG_S),
-            held("sideslip_deg", manoeuvre.BETA_DEG),
+            held("tas_kt", ranges.TAS_KT),
+            held("turn_rate_deg_s", ranges.TURN_RATE_DEG_S),
+            held("sideslip_deg", ranges.BETA_DEG),
         )
 
     @property
@@ -125,12 +126,12 @@ def conditions(
         InputError: a value outside what is allowed or outside these bounds, none or several speeds, or more or fewer
             conditions than a trim takes.
     """
-    alpha_deg = manoeuvre.check_pair("alpha in deg", alpha_deg, manoeuvre.WIDEST_ALPHA_DEG)
-    phi_deg = manoeuvre.check_pair("phi in deg", phi_deg, manoeuvre.WIDEST_PHI_DEG)
+    alpha_deg = ranges.check_pair("alpha in deg", alpha_deg, ranges.WIDEST_ALPHA_DEG)
+    phi_deg = ranges.check_pair("phi in deg", phi_deg, ranges.WIDEST_PHI_DEG)
     speed = _speed(altitude_ft, tas_kt, asked)
     wider = "give a value inside, or wider bounds of"
     within: dict[str, tuple[Any, ...]] = {
-        "turn_rate_deg_s": ("turn rate in deg/s", turn_rate_deg_s, manoeuvre.TURN_RATE_DEG_S),
+        "turn_rate_deg_s": ("turn rate in deg/s", turn_rate_deg_s, ranges.TURN_RATE_DEG_S),
         "bank_deg": ("bank in deg", asked.get("bank_deg"), phi_deg, f"{wider} phi"),
         "sideslip_deg": ("sideslip in deg", asked.get("sideslip_deg"), SIDESLIP_DEG),
         "angle_of_attack_deg": (
@@ -141,7 +142,7 @@ def conditions(
         ),
         "load_factor": ("load factor", asked.get("load_factor"), LOAD_FACTOR),
     }
-    given = {name: None if check[1] is None else manoeuvre.check_range(*check) for name, check in within.items()}
+    given = {name: None if check[1] is None else ranges.check_range(*check) for name, check in within.items()}
     if given["angle_of_attack_deg"] is None and speed is None and alpha_deg[0] == alpha_deg[1]:
         given["angle_of_attack_deg"] = alpha_deg[0]
     settles_turn = any(given[name] is not None for name in ("turn_rate_deg_s", "bank_deg", "load_factor"))
@@ -164,8 +165,8 @@ def _speed(altitude_ft: float, tas_kt: float | None, asked: Asked) -> float | No
         raise InputError(f"{' and '.join(given)} are both speeds; give one of them.")
     for name, value in given.items():
         label = f"{name.removesuffix('_kt')} in kn"
-        speed = _SPEEDS[name](manoeuvre.check_range(label, value, manoeuvre.TAS_KT), altitude_ft)
-        return manoeuvre.check_range("tas in kn", speed, manoeuvre.TAS_KT)
+        speed = _SPEEDS[name](ranges.check_range(label, value, ranges.TAS_KT), altitude_ft)
+        return ranges.check_range("tas in kn", speed, ranges.TAS_KT)
     return None
 
 

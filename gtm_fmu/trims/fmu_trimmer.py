@@ -27,6 +27,7 @@ from typing import Any, Unpack
 import casadi as ca
 import numpy as np
 
+from gtm_fmu.aircraft import ranges
 from gtm_fmu.aircraft.evaluation import (
     ACCELERATIONS,
     ALTITUDE,
@@ -35,7 +36,9 @@ from gtm_fmu.aircraft.evaluation import (
     FmuAirframe,
     FmuFunction,
 )
-from gtm_fmu.aircraft.failures import ControlLimits, Failure, Range
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, Range
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
 from gtm_fmu.airframe.names import (
     AILERON,
@@ -58,7 +61,7 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.interrupt import held_interrupt
 from gtm_fmu.trims import manoeuvre
 from gtm_fmu.trims.conditions import Asked, conditions
-from gtm_fmu.trims.manoeuvre import ALPHA_DEG, CONVERGED_RESIDUAL, PHI_DEG, Trim
+from gtm_fmu.trims.manoeuvre import CONVERGED_RESIDUAL, Trim
 from gtm_fmu.units import RAD_PER_DEG
 
 NT = len(TRIM_UNKNOWNS)
@@ -129,7 +132,7 @@ class FmuTrimmer:
             InputError: altitude, speed, flight path, bounds or conditions outside what is allowed, or a load factor.
             FmuError: the FMU refuses an evaluation.
         """
-        altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
+        altitude_ft = ranges.check_range("altitude in ft", altitude_ft, ranges.ALTITUDE_FT)
         if asked.get("load_factor") is not None:
             raise InputError("A trim over an FMU takes no load factor; give a bank or a turn rate, or trim the core.")
         failure = Failure.of(limits)
@@ -142,8 +145,8 @@ class FmuTrimmer:
 
         The limits that the trim carries are the bounds of its controls.
         """
-        altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
-        gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
+        altitude_ft = ranges.check_range("altitude in ft", altitude_ft, ranges.ALTITUDE_FT)
+        gamma_deg = ranges.check_range("gamma in deg", gamma_deg, ranges.GAMMA_DEG)
         at = altitude_ft, gamma_deg * RAD_PER_DEG
         starts = [] if warm_start is None else [np.clip(warm_start.unknowns, lower, upper)]
         with held_interrupt():

@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES
 from gtm_fmu.core import configuration as configured
 from gtm_fmu.core import motion

@@ -1,14 +1,26 @@
 """Steady manoeuvres at the public edge: what may be asked, the bounds it means, and the trim that answers."""
 
-import math
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
 from gtm_fmu.aircraft import airspeed
-from gtm_fmu.aircraft.failures import ControlLimits, Failure, Range
-from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import (
+    ALPHA_DEG,
+    BETA_DEG,
+    CONTROL_SI,
+    PHI_DEG,
+    STATE_SI,
+    TAS_KT,
+    TURN_RATE_DEG_S,
+    WIDEST_ALPHA_DEG,
+    WIDEST_PHI_DEG,
+    Range,
+    check_pair,
+)
 from gtm_fmu.airframe.names import (
     CONTROLS,
     ELEVATOR,
@@ -22,85 +34,14 @@ from gtm_fmu.core import configuration as configured
 from gtm_fmu.core import motion, solver
 from gtm_fmu.core.configuration import Configuration, trim_residual
 from gtm_fmu.errors import InputError
-from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, M_PER_FT, RAD_PER_DEG
-
-ALPHA_DEG: Range = (-5.0, 10.5)
-PHI_DEG: Range = (-30.0, 30.0)
-"""Bounds of the study on alpha and phi (SPEC 9, paper Fig. 8)."""
-
-WIDEST_ALPHA_DEG: Range = (-20.0, 40.0)
-WIDEST_PHI_DEG: Range = (-80.0, 80.0)
-BETA_DEG: Range = (-45.0, 45.0)
-"""Widest bounds that may be asked for; sideslip as far as the aerodynamic tables go."""
-
-ALTITUDE_FT: Range = (0.0, math.floor(TROPOPAUSE_FT))
-GAMMA_DEG: Range = (-45.0, 45.0)
-TAS_KT: Range = (20.0, 350.0)
-TURN_RATE_DEG_S: Range = (-90.0, 90.0)
-"""What may be asked: the atmosphere's first layer, and speeds, paths and turns that hold every trim of the model."""
+from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
 
 _HELD_TOLERANCE = 1e-6  # of an unknown's typical size: closer to a bound than this is held by it
 _NO_THRUST = 1e-6  # lbf
 CONVERGED_RESIDUAL = 1e-9
 """Largest acceleration of a converged trim, ft/s^2 and rad/s^2 alike."""
 
-STATE_SI = np.where(np.isin(STATES, ("u", "v", "w", "altitude")), M_PER_FT, 1.0)
-CONTROL_SI = np.array([RAD_PER_DEG, RAD_PER_DEG, RAD_PER_DEG, 0.01])
-"""SI units in one of the airframe's, of the states and the controls."""
-
 _UNIT = np.array([KT_PER_FT_S, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD, DEG_PER_RAD])
-
-
-def check_range(name: str, value: float, allowed: Range, advice: str = "give a value inside") -> float:
-    """The value as a float.
-
-    Raises:
-        InputError: not a finite number inside ``allowed``.
-    """
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} {value!r} is not a number; give one from {allowed[0]:g} to {allowed[1]:g}.") from None
-    if not allowed[0] <= number <= allowed[1]:
-        raise InputError(f"{name} {number:g} is outside {allowed[0]:g} .. {allowed[1]:g}; {advice}.")
-    return number
-
-
-def check_values(name: str, values, allowed: Range) -> np.ndarray:
-    """The values as a float array of the same shape.
-
-    Raises:
-        InputError: not numbers, or one of them not finite or not inside ``allowed``.
-    """
-    try:
-        numbers = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is no array of numbers; give some from {allowed[0]:g} to {allowed[1]:g}.") from None
-    outside = numbers[~((allowed[0] <= numbers) & (numbers <= allowed[1]))]
-    if outside.size:
-        raise InputError(
-            f"{name}: {outside.size} of {numbers.size} values are outside {allowed[0]:g} .. {allowed[1]:g}, "
-            f"the first is {outside[0]:g}; give values inside."
-        )
-    return numbers
-
-
-def check_pair(name: str, pair, widest: Range) -> Range:
-    """Lower and upper bound as floats.
-
-    Raises:
-        InputError: not two numbers, reversed, or not inside ``widest``.
-    """
-    try:
-        if isinstance(pair, str | bytes):  # "12" is no pair of 1 and 2
-            raise TypeError
-        lower, upper = pair
-    except (TypeError, ValueError):
-        raise InputError(f"{name} {pair!r} is not a pair; give two numbers, lower and upper bound.") from None
-    lower, upper = check_range(name, lower, widest), check_range(name, upper, widest)
-    if lower > upper:
-        raise InputError(f"{name} {lower:g} {upper:g} are reversed; give the lower one first.")
-    return lower, upper
 
 
 def bounds(

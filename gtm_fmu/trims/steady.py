@@ -8,13 +8,16 @@ from typing import Unpack
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import WIDEST, ControlLimits, Failure, Range
+from gtm_fmu.aircraft import ranges
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, WIDEST, Range
 from gtm_fmu.airframe.names import ALPHA, PSI_DOT, RUDDER, V
 from gtm_fmu.core import solver
 from gtm_fmu.errors import InputError
 from gtm_fmu.trims import manoeuvre
 from gtm_fmu.trims.conditions import Asked, Conditions, conditions
-from gtm_fmu.trims.manoeuvre import ALPHA_DEG, PHI_DEG, Trim
+from gtm_fmu.trims.manoeuvre import Trim
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
 
 _SCANNED, _WIDEST_SCAN = 257, 1.4  # points, and rad or rad/s: 80 deg of bank, 80 deg/s
@@ -46,8 +49,8 @@ def trim(
     Raises:
         InputError: altitude, speed, flight path, bounds or conditions outside what is allowed, or too many or too few.
     """
-    altitude_ft = manoeuvre.check_range("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT)
-    gamma_deg = manoeuvre.check_range("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG)
+    altitude_ft = ranges.check_range("altitude in ft", altitude_ft, ranges.ALTITUDE_FT)
+    gamma_deg = ranges.check_range("gamma in deg", gamma_deg, ranges.GAMMA_DEG)
     failure = Failure.of(limits)
     wanted = conditions(altitude_ft, failure, alpha_deg, phi_deg, tas_kt, turn_rate_deg_s, asked)
     lower, upper = wanted.bounds(failure, alpha_deg, phi_deg, leaving=wanted.scanned)
@@ -127,13 +130,13 @@ def trims(
     failure = Failure.of(limits)
     lower, upper = manoeuvre.bounds(failure, alpha_deg, phi_deg)
     conditions = [
-        manoeuvre.check_values("altitude in ft", altitude_ft, manoeuvre.ALTITUDE_FT),
-        manoeuvre.check_values("tas in kn", tas_kt, manoeuvre.TAS_KT),
-        manoeuvre.check_values("gamma in deg", gamma_deg, manoeuvre.GAMMA_DEG),
-        manoeuvre.check_values("turn rate in deg/s", turn_rate_deg_s, manoeuvre.TURN_RATE_DEG_S),
+        ranges.check_values("altitude in ft", altitude_ft, ranges.ALTITUDE_FT),
+        ranges.check_values("tas in kn", tas_kt, ranges.TAS_KT),
+        ranges.check_values("gamma in deg", gamma_deg, ranges.GAMMA_DEG),
+        ranges.check_values("turn rate in deg/s", turn_rate_deg_s, ranges.TURN_RATE_DEG_S),
     ]
     if rudder_deg is not None:
-        rudder_deg = manoeuvre.check_values("rudder in deg", rudder_deg, WIDEST["rudder_deg"])
+        rudder_deg = ranges.check_values("rudder in deg", rudder_deg, WIDEST["rudder_deg"])
         if rudder_deg.shape[-1:] != (2,) or np.any(rudder_deg[..., 0] > rudder_deg[..., 1]):
             raise InputError("rudder in deg: some limits are no pairs or reversed; give (.., 2), the lower first.")
         conditions += [rudder_deg[..., 0], rudder_deg[..., 1]]

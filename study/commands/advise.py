@@ -40,7 +40,7 @@ def advise(
     found = advice(envelope_slopes(altitude_ft, gamma_deg, failure, alpha_deg, phi_deg))
     values = found.to_dict()
     if plot and found.moves:
-        from study.figures.advice_figure import plot_advice
+        from study.paper.advice_figure import plot_advice
 
         save_figure(plot_advice(found), plot)
         values["plot"] = str(plot)

@@ -13,7 +13,6 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 from typer.exceptions import TyperException
 
 from gtm_fmu import __version__
@@ -23,12 +22,14 @@ from study.commands.command import Commands
 from study.commands.dataset import dataset
 from study.commands.machine import shortage
 from study.commands.maps import maps
-from study.commands.models import MODEL_HELP, export, predict, train
+from study.commands.models import export, predict, train
 from study.commands.options import ASKED, FAILURE, Alpha, Altitude, Gamma, Json, Phi, given_failure, takes
+from study.commands.printing import show
 from study.commands.protocol import protocol
 from study.commands.sensitivity import sensitivity
 from study.commands.surrogates import networks, surrogates, thrust_map
 from study.files import check_picture
+from surrogate.rudder.names import MODEL_HELP
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
 
@@ -60,32 +61,6 @@ def _gtm_fmu(
 def example(command: str) -> str:
     """Closing lines of a help text, never wrapped so that they can be copied."""
     return f"\b\nExample:\n  gtm-fmu {command}"
-
-
-def show(values: dict[str, Any], as_json: bool, title: str) -> None:
-    """Print a result: one JSON object, or a table of its plain entries."""
-    if as_json:
-        print(json.dumps(values, allow_nan=False))
-        return
-    table = Table("quantity", "value", title=title, title_justify="left")
-    for name, value in values.items():
-        if isinstance(value, dict):
-            for inner, number in value.items():
-                table.add_row(f"{name}.{inner}", _plain(number))
-        else:
-            table.add_row(name, _plain(value))
-    Console().print(table)
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, bool) or value is None:
-        return {True: "yes", False: "no", None: "-"}[value]
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, list | tuple):
-        is_matrix = any(isinstance(entry, list) for entry in value)
-        return ("\n" if is_matrix else ", ").join(_plain(entry) for entry in value) or "none"
-    return str(value)
 
 
 @contextmanager

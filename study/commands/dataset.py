@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from gtm_fmu.aircraft.inputs import LIMITED, QUANTITIES, EngineOut
+from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG
 from gtm_fmu.datasets.axes import Axis, check_count, choices, failure_levels, levels, limit_levels, limits_span, span
 from gtm_fmu.datasets.cases import CaseTable, Sampling
 from gtm_fmu.errors import InputError
-from gtm_fmu.trims.manoeuvre import ALPHA_DEG, PHI_DEG
 from study.commands.options import DAMAGE_CASES, ENGINES, SETTINGS, Option, Pair, pair, takes
 
 RANGES: dict[str, Pair] = {"altitude": (0.0, 30000.0), "gamma": (-5.0, 5.0)}
@@ -101,7 +101,7 @@ def dataset(
     from gtm_fmu.datasets.export import check_export
     from gtm_fmu.datasets.export import export as write_table
     from gtm_fmu.datasets.store import slices
-    from study.commands.cli import show
+    from study.commands.printing import show
     from study.paper import lattice as paper_lattice
     from study.progress import stages
 

@@ -44,7 +44,7 @@ def check_over(over: Over, altitude_ft: float | None, gamma_deg: float | None, g
 
 def show_family(condition: FlightCondition, over: Over, plot: Path | None, as_json: bool) -> None:
     """Compute, draw and print the envelopes along an axis."""
-    from study.commands.cli import show
+    from study.commands.printing import show
     from study.figures.families import family_page, plot_family
 
     name, *lattice = over

@@ -10,10 +10,11 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from gtm_fmu.progress import Advance
 from study.commands.command import Commands
 from study.commands.options import FAILURE, check_varied, given_failure, takes
 from study.files import check_picture, save_picture
-from study.progress import Advance, stages
+from study.progress import stages
 
 Range3 = tuple[float, float, float]
 Plot = Annotated[Path, typer.Option(help="The picture (.png) or interactive page (.html) to write.")]

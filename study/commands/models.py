@@ -9,10 +9,8 @@ import typer
 from rich.console import Console
 
 from gtm_fmu.errors import InputError
+from surrogate.rudder.names import DEFAULT, MODEL_HELP
 
-MODEL_HELP = "thrust-map (default), network, paper (its 4-10-2 network), FILE of a thrust map, FOLDER of two networks."
-DEFAULT = "thrust-map"
-"""The surrogate that answers where none is named; see `surrogate.rudder.surrogates`."""
 Pair = tuple[float, float]
 Method = Literal["br", "lm", "lolimot", "hilomot"]
 
@@ -50,7 +48,7 @@ def train(
     all rows that no training saw.
     """
     from gtm_fmu.files import check_kept, check_writable
-    from study.commands.cli import show
+    from study.commands.printing import show
     from study.progress import stages
     from surrogate.rudder.emulator import INPUTS, SPEEDS
     from surrogate.training.model_training import train_model
@@ -128,7 +126,7 @@ def predict(
 
 
 def _ask_own(model: Any, at: list[str], data: Path | None, output: Path | None, as_json: bool) -> None:
-    from study.commands.cli import show
+    from study.commands.printing import show
 
     if data is None or output is None:
         found = _results(model, _case(model, at))
@@ -142,7 +140,7 @@ def _ask_surrogate(
     name: str, case: tuple[float, float, Pair], data: Path | None, output: Path | None, as_json: bool
 ) -> None:
     """By a surrogate of a failed rudder, with what is known of its errors."""
-    from study.commands.cli import show
+    from study.commands.printing import show
     from surrogate.rudder.surrogates import load_surrogate, measured_errors
 
     surrogate = load_surrogate(name)

@@ -6,8 +6,9 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from gtm_fmu.aircraft.failures import WIDEST, Failure
+from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.inputs import LIMITED, QUANTITIES, EngineOut, failure, limit_columns
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.errors import InputError
 
 Pair = tuple[float, float]

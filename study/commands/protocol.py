@@ -10,8 +10,9 @@ from rich.console import Console
 
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import writable_folder
+from gtm_fmu.progress import Advance
 from study.files import write_text
-from study.progress import Advance, stages
+from study.progress import stages
 
 if TYPE_CHECKING:
     from study.paper.protocol import Lattice

@@ -65,7 +65,7 @@ def networks(
 
     from gtm_fmu.datasets import off_lattice
     from gtm_fmu.files import writable_folder
-    from study.commands.cli import show
+    from study.commands.printing import show
     from study.progress import stages
     from study.research.failure_sets import solved
     from surrogate.rudder import networks as rudder_networks
@@ -98,7 +98,7 @@ def thrust_map(
     from gtm_fmu.datasets import off_lattice
     from gtm_fmu.envelopes.thrust_survey import Nodes, survey
     from gtm_fmu.files import check_writable
-    from study.commands.cli import show
+    from study.commands.printing import show
     from study.progress import stages
 
     check_writable(output)

@@ -3,8 +3,9 @@
 from dataclasses import fields
 from typing import Any, NamedTuple
 
-from gtm_fmu.aircraft.failures import WIDEST, Failure, Range
+from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.inputs import Column, EngineOut
+from gtm_fmu.aircraft.ranges import WIDEST, Range
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.core.configuration import Configuration
 

@@ -12,7 +12,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.envelopes.envelope import FlightCondition

@@ -9,15 +9,16 @@ import numpy as np
 import xarray as xr
 
 from gtm_fmu.aircraft.client import FmuClient
-from gtm_fmu.aircraft.failures import WIDEST, ControlLimits, Range
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import WIDEST, Range
 from gtm_fmu.core import solver
 from gtm_fmu.datasets.off_lattice import Surrogate
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.family import EnvelopeFamily, envelope_family
+from gtm_fmu.progress import Advance
 from gtm_fmu.trims import linearization, steady
 from gtm_fmu.trims.fmu_trimmer import FmuTrimmer
 from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
-from study.progress import Advance
 from surrogate import Selection
 from surrogate.rudder.emulator import RudderEmulator
 

@@ -2,7 +2,8 @@
 
 Limits of all four controls over their triangles, and beside them damage and an engine that is out, at any altitude and
 flight path of the paper. The exact envelopes of two designs come with the package;
-``python -m study.paper.every_failure FOLDER`` computes them anew (half an hour of processor time), and goes on where it was stopped.
+``python -m study.paper.every_failure FOLDER`` computes them anew (half an hour of processor time), and goes on where
+it was stopped.
 """
 
 import argparse

@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.files import writable_folder
+from gtm_fmu.progress import Advance
 from study.files import save_figure, write_text
 from study.paper import protocol_figures, published
-from study.progress import Advance
 from surrogate import Schedule, Selection, Split, select_network, split_samples
 from surrogate.plots import (
     plot_error_histogram,

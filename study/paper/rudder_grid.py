@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from rich.console import Console
 
-from gtm_fmu.aircraft.failures import WIDEST, Range
+from gtm_fmu.aircraft.ranges import WIDEST, Range
 from gtm_fmu.datasets.axes import levels, limit_levels
 from gtm_fmu.datasets.cases import CaseTable
 from gtm_fmu.datasets.off_lattice import ALTITUDE_FT, GAMMA_DEG

@@ -24,11 +24,11 @@ from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import MinMaxScaler, PolynomialFeatures, StandardScaler
 from sklearn.svm import SVR
 
-from gtm_fmu.aircraft.failures import WIDEST
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.datasets.off_lattice import OffLattice
+from gtm_fmu.envelopes.feasibility import has_envelope
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 
-FULL_THROTTLE_PCT = WIDEST["throttle_pct"][1]
 _NODE_STEP_DEG = 2.0  # between jams inside the limits
 _KERNEL_SAMPLES = 300
 
@@ -114,7 +114,7 @@ class CaseModel:
 
     def predict(self, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """V_min and V_max (n, 2) in kn, and whether there is an envelope (n)."""
-        return _column(self.speeds.predict(X)), _column(self.throttle.predict(X))[:, 0] <= FULL_THROTTLE_PCT
+        return _column(self.speeds.predict(X)), has_envelope(_column(self.throttle.predict(X))[:, 0])
 
 
 @dataclass
@@ -137,7 +137,7 @@ class JamModel:
         inside = [np.unique([lower, *nodes[(lower < nodes) & (nodes < upper)], upper]) for *_, lower, upper in X]
         start = np.cumsum([0, *map(len, inside)])[:-1]
         jams = np.column_stack([np.repeat(X[:, :2], [len(d) for d in inside], axis=0), np.concatenate(inside)])
-        feasible = _column(self.model.throttle.predict(jams))[:, 0] <= FULL_THROTTLE_PCT
+        feasible = has_envelope(_column(self.model.throttle.predict(jams))[:, 0])
         v_min, v_max = _column(self.model.speeds.predict(jams)).T
         lowest = np.minimum.reduceat(np.where(feasible, v_min, np.inf), start)
         highest = np.maximum.reduceat(np.where(feasible, v_max, -np.inf), start)

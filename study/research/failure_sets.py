@@ -7,7 +7,7 @@ from pathlib import Path
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.datasets.cases import CaseTable, Sampling
 from gtm_fmu.datasets.off_lattice import OffLattice, case_table
-from study.progress import Advance
+from gtm_fmu.progress import Advance
 
 JAMS, CASES = 2048, 2048
 OTHER_FAILURES: Mapping[str, tuple[str, ...]] = {

@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 
 from gtm_fmu.datasets.off_lattice import DEVIATIONS
 from gtm_fmu.envelopes.envelope import FlightCondition
+from gtm_fmu.envelopes.feasibility import FULL_THROTTLE_PCT
 from gtm_fmu.envelopes.thrust_map import MapEnvelopes, ThrustMap
 from gtm_fmu.envelopes.thrust_survey import gross_thrust_lbf, thrust_curve
-from study.progress import Advance
-from surrogate.rudder.emulator import FULL_THROTTLE_PCT, PAPER, RudderEmulator
+from gtm_fmu.progress import Advance
+from surrogate.rudder.emulator import PAPER, RudderEmulator
 
 GOAL_MSE = 2.5e-5
 JAMS_DEG = (0.0, 12.0, 18.0, 24.0)

@@ -13,16 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.console import Console
 
+from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.datasets import lattice as dataset
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.datasets.off_lattice import OffLattice, measured
-from gtm_fmu.datasets.results import provenance
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.envelopes.thrust_survey import Nodes, survey
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import writable_folder
+from gtm_fmu.progress import Advance
 from study.files import write_text
-from study.progress import Advance, stages
+from study.progress import stages
 from study.research.adaptive_sampling import chosen_jams, refinements
 from study.research.case_models import (
     CaseModel,

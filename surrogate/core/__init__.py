@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 
 
 @cache

@@ -11,7 +11,7 @@ from surrogate.models.evaluation import Variable
 from surrogate.models.local_models import LocalModelNetwork
 from surrogate.models.network import Network
 from surrogate.models.partitions import AxisPartition, ObliquePartition
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 
 Model = Network | LocalModelNetwork
 

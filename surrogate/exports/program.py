@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 
 Function = Literal["tanh", "exp", "softplus", "square", "sqrt"]
 Indices = NDArray[np.int64]

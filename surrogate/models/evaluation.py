@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 
 BLOCK = 4096
 """Samples that are evaluated at once, so that they stay in the processor's cache."""

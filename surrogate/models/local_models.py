@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from surrogate.models.evaluation import Variable, check_names, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
-from surrogate.models.partitions import Partition, SplitTree
-from surrogate.models.scaling import Array, to_unit
+from surrogate.models.partitions import Partition, SplitTree, partition_from_plain
+from surrogate.models.storage import StoredModel
+from surrogate.scaling import Array, to_unit
 
 LocalModel = Literal["linear", "sparse_quadratic", "quadratic"]
 """The paper's three kinds: linear, quadratic without and with cross-products."""
@@ -39,7 +39,7 @@ def polynomial_basis(z: Array, terms: Terms) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class LocalModelNetwork:
+class LocalModelNetwork(StoredModel):
     """M local polynomials, each weighted by its validity: y = sum_i phi_i(z) p_i(z) (paper eq. 16).
 
     z are the inputs mapped from their ranges to [0, 1]; the outputs come in their units.
@@ -134,18 +134,10 @@ class LocalModelNetwork:
         describe(0 if self.models > 1 else -1, "")
         return "\n".join(lines)
 
-    def save(self, path: str | Path) -> None:
-        """Write the network to a JSON file, in one piece or not at all; `load` gives the same bits back."""
-        from surrogate.models.storage import write_model
-
-        write_model(self, Path(path))
-
     @classmethod
-    def load(cls, path: str | Path) -> LocalModelNetwork:
-        """Read a file that `save` wrote; ValueError, saying what is wrong, for any other file."""
-        from surrogate.models.storage import read_model
-
-        return read_model(Path(path), cls)
+    def from_plain(cls, content: dict[str, Any]) -> LocalModelNetwork:
+        """The model of these fields, as JSON has them."""
+        return super().from_plain(content | {"partition": partition_from_plain(content["partition"])})
 
     def _condition(self, split: int) -> str:
         tree: SplitTree = self.partition.tree

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import pairwise
 from math import prod
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,14 +16,15 @@ from numpy.typing import ArrayLike
 
 from surrogate.core import PackedNetwork, library
 from surrogate.models.evaluation import Variable, check_names, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
-from surrogate.models.scaling import Array, from_symmetric, to_symmetric
+from surrogate.models.storage import StoredModel
+from surrogate.scaling import Array, from_symmetric, to_symmetric
 
 COMPILED_BLOCK = 2**24
 """Samples that are handed to C at once; it cuts them up itself."""
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
+class Network(StoredModel):
     """Layers of tansig neurons, from d inputs to m linear outputs (paper eqs. 12, 13, with one hidden layer).
 
     With I_p and y_p the inputs and outputs mapped from their ranges to [-1, 1] (eq. 43), a_0 = I_p, and L layers:
@@ -144,18 +144,11 @@ class Network:
         """Whether each of the inputs X (..., d) lies inside the ranges of the training data (...,)."""
         return in_range(X, self.input_ranges)
 
-    def save(self, path: str | Path) -> None:
-        """Write the network to a JSON file, in one piece or not at all; `load` gives the same bits back."""
-        from surrogate.models.storage import write_model
-
-        write_model(self, Path(path))
-
     @classmethod
-    def load(cls, path: str | Path) -> Network:
-        """Read a file that `save` wrote; ValueError, saying what is wrong, for any other file."""
-        from surrogate.models.storage import read_model
-
-        return read_model(Path(path), cls)
+    def from_plain(cls, content: dict[str, Any]) -> Network:
+        """The network of these fields, as JSON has them."""
+        log_std = content.get("log_std")
+        return super().from_plain(content | {"log_std": log_std and cls.from_plain(log_std)})
 
     @cached_property
     def _packed(self) -> PackedNetwork:

@@ -6,12 +6,13 @@ All of them see the inputs z (n, d) mapped from their ranges to [0, 1].
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surrogate.models.evaluation import frozen_array
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 
 Children = NDArray[np.int64]
 
@@ -70,6 +71,7 @@ class AxisPartition:
     phi_i = mu_i / sum_j mu_j with mu_i = exp(-1/2 sum_k ((z_k - c_ik) / sigma_ik)^2).
     """
 
+    KIND: ClassVar[str] = "axis"
     tree: SplitTree
     """How the cells came about; the Gaussians follow from it."""
     centres: Array
@@ -104,6 +106,7 @@ class ObliquePartition:
     second child and the rest to its first.
     """
 
+    KIND: ClassVar[str] = "oblique"
     tree: SplitTree
     steepness: Array
     """(M - 1,)."""
@@ -153,3 +156,10 @@ class ObliquePartition:
 
 
 Partition = AxisPartition | ObliquePartition
+
+
+def partition_from_plain(content: dict[str, Any]) -> Partition:
+    """The partition of these fields, as JSON has them; ``kind`` is one of the classes' `KIND`."""
+    kind = {kind.KIND: kind for kind in (AxisPartition, ObliquePartition)}[content["kind"]]
+    own = {name: value for name, value in content.items() if name != "kind"}
+    return kind(**own | {"tree": SplitTree(**content["tree"])})

@@ -6,46 +6,46 @@ import hashlib
 import json
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Self
 
 import numpy as np
 
 from gtm_fmu.files import write_whole
 from surrogate.models.evaluation import Variable
-from surrogate.models.local_models import LocalModelNetwork
-from surrogate.models.network import Network
-from surrogate.models.partitions import AxisPartition, ObliquePartition, Partition, SplitTree
 
 VERSION = 2
-FORMATS: dict[str, type] = {"surrogate.Network": Network, "surrogate.LocalModelNetwork": LocalModelNetwork}
-PARTITIONS: dict[str, type[Partition]] = {"axis": AxisPartition, "oblique": ObliquePartition}
-
-Model = TypeVar("Model", Network, LocalModelNetwork)
+FORMATS = ("surrogate.Network", "surrogate.LocalModelNetwork")
 
 
-def write_model(model: Network | LocalModelNetwork, path: Path) -> None:
+class StoredModel:
+    """A model that a file can hold: a dataclass of numbers, arrays and parts of these."""
+
+    def save(self, path: str | Path) -> None:
+        """Write the model to a JSON file, in one piece or not at all; `load` gives the same bits back."""
+        write_model(self, Path(path))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a file that `save` wrote; ValueError, saying what is wrong, for any other file."""
+        return read_model(Path(path), cls)
+
+    @classmethod
+    def from_plain(cls, content: dict[str, Any]) -> Self:
+        """The model of these fields, as JSON has them."""
+        variables = {key: tuple(Variable(*pair) for pair in content[key]) for key in ("inputs", "outputs")}
+        return cls(**content | variables)
+
+
+def write_model(model: StoredModel, path: Path) -> None:
     """Write the model to `path`, in one piece; ValueError where that is not possible."""
-    [name] = (name for name, kind in FORMATS.items() if isinstance(model, kind))
     content = _plain(model)
-    document = {"format": name, "version": VERSION, "checksum": _checksum(content), "model": content}
+    document = {"format": _format(type(model)), "version": VERSION, "checksum": _checksum(content), "model": content}
     text = json.dumps(document, sort_keys=True, allow_nan=False, separators=(",", ":")) + "\n"
     write_whole(path, lambda draft: draft.write_text(text, encoding="utf-8"))
 
 
-def load_model(path: str | Path) -> Network | LocalModelNetwork:
-    """The model in a file, whichever kind it is; ValueError where it is missing, foreign, damaged or too new."""
-    return _read(Path(path))
-
-
-def read_model(path: Path, kind: type[Model]) -> Model:
-    """The same, of this kind only."""
-    model = _read(path)
-    if not isinstance(model, kind):
-        raise ValueError(f"'{path}' holds a {type(model).__name__}, but a {kind.__name__} is needed: give its file.")
-    return model
-
-
-def _read(path: Path) -> Network | LocalModelNetwork:
+def read_model(path: Path, *kinds: type[StoredModel]) -> Any:
+    """The model in a file, of one of these classes; ValueError: missing, foreign, damaged, too new, another class."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -59,29 +59,23 @@ def _read(path: Path) -> Network | LocalModelNetwork:
     content = document.get("model")
     if not isinstance(content, dict) or document.get("checksum") != _checksum(content):
         raise ValueError(f"'{path}' is damaged, as its checksum does not match its content: save the model again.")
+    found = document["format"]
+    fitting = [kind for kind in kinds if _format(kind) == found]
+    if not fitting:
+        needed = " or a ".join(kind.__name__ for kind in kinds)
+        raise ValueError(f"'{path}' holds a {found.split('.')[1]}, but a {needed} is needed: give its file.")
     try:
-        model: Network | LocalModelNetwork = _model(FORMATS[document["format"]], content)
+        return fitting[0].from_plain(content)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise ValueError(f"'{path}' holds a model that does not fit together ({error}): save it again.") from error
-    return model
 
 
-def _model(kind: Any, content: dict[str, Any]) -> Any:
-    inputs, outputs = (tuple(Variable(*pair) for pair in content.pop(key)) for key in ("inputs", "outputs"))
-    if "partition" in content:
-        content["partition"] = _partition(content["partition"])
-    if content.get("log_std"):
-        content["log_std"] = _model(Network, content["log_std"])
-    return kind(inputs=inputs, outputs=outputs, **content)
-
-
-def _partition(content: dict[str, Any]) -> Partition:
-    kind = PARTITIONS[content.pop("kind")]
-    return kind(**content | {"tree": SplitTree(**content["tree"])})
+def _format(kind: type) -> str:
+    return f"surrogate.{kind.__name__}"
 
 
 def _plain(value: Any) -> Any:
-    """Dataclasses as objects, arrays as lists; a partition says its kind."""
+    """Dataclasses as objects, arrays as lists; what has kinds says its own."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, tuple):
@@ -89,10 +83,8 @@ def _plain(value: Any) -> Any:
     if not is_dataclass(value):
         return value
     content = {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
-    for name, kind in PARTITIONS.items():
-        if isinstance(value, kind):
-            content["kind"] = name
-    return content
+    kind = getattr(value, "KIND", None)
+    return content if kind is None else content | {"kind": kind}
 
 
 def _checksum(content: dict[str, Any]) -> str:

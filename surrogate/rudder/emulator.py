@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gtm_fmu.aircraft.failures import WIDEST, Range
+from gtm_fmu.aircraft.ranges import Range
+from gtm_fmu.envelopes.feasibility import has_envelope
 from gtm_fmu.envelopes.thrust_map import checked_case, checked_cases, first_of
 from gtm_fmu.errors import InputError
-from surrogate import Network
+from surrogate.models.network import Network
 
 if TYPE_CHECKING:  # not needed to predict
-    from surrogate import Selection
+    from surrogate.training.selection import Selection
 
 SPEEDS_FILE, THROTTLE_FILE = "rudder_speeds.json", "rudder_throttle.json"
 NETWORK, PAPER = (Path(str(files("surrogate.rudder") / "data" / name)) for name in ("network", "paper"))
@@ -27,7 +28,6 @@ NETWORK, PAPER = (Path(str(files("surrogate.rudder") / "data" / name)) for name 
 INPUTS = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
 SPEEDS = (("v_min_kt", "kt"), ("v_max_kt", "kt"))
 THROTTLE = (("t_min_pct", "%"),)
-FULL_THROTTLE_PCT = WIDEST["throttle_pct"][1]
 OFF_LATTICE = "off_lattice"
 """Key of a network's provenance: its errors on the test set of `off_lattice`."""
 
@@ -94,7 +94,7 @@ class RudderEmulator:
         cases = checked_cases(cases, "rudder")
         t_min = self.throttle.predict(cases)[:, 0]
         v_min, v_max = self.speeds.predict(cases).T
-        feasible, inside = (t_min <= FULL_THROTTLE_PCT) & (v_min <= v_max), self.speeds.in_range(cases)
+        feasible, inside = has_envelope(t_min) & (v_min <= v_max), self.speeds.in_range(cases)
         std = self.speeds.predict_std(cases).T if self.speeds.has_std else np.full((2, len(cases)), np.nan)
         v_min, v_max = np.where(feasible, (v_min, v_max), np.nan)
         v_min_std, v_max_std = np.where(feasible & inside, std, np.nan)
@@ -126,7 +126,7 @@ def train(
 
     The speeds are learnt on the feasible cases, as in the paper; t_min on all cases that have one.
     """
-    from surrogate import select_network
+    from surrogate.training.selection import select_network
 
     X, V, t_min = samples
     feasible, has_t_min = np.isfinite(V).all(axis=1), np.isfinite(t_min)

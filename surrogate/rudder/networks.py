@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.datasets.cases import CaseTable, Sampling
 from gtm_fmu.datasets.off_lattice import CALIBRATION_CASES, CALIBRATION_SEED, DEVIATIONS, LEVEL, OffLattice, case_table
-from gtm_fmu.datasets.results import provenance
-from surrogate import Network, Schedule
+from surrogate.models.network import Network
 from surrogate.rudder.emulator import INPUTS, SPEEDS, RudderEmulator, train
+from surrogate.training.levenberg_marquardt import Schedule
 from surrogate.training.train import train_networks
 
 CASES, CASES_SEED, SEED = 16384, 11, 0

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, ThrustMap
 from gtm_fmu.errors import InputError
-from study.commands.models import DEFAULT
 from surrogate.rudder.emulator import NETWORK, PAPER, SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
+from surrogate.rudder.names import DEFAULT
 
 SURROGATES: Mapping[str, Path] = {DEFAULT: RUDDER_MAP, "network": NETWORK, "paper": PAPER}
 """Where the surrogates of the package are, by their names."""

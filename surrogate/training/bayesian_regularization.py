@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from surrogate.models.partitions import ObliquePartition, SplitTree
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 from surrogate.training.local_training import Grown, Samples, replaced
 from surrogate.training.lolimot import with_split
 

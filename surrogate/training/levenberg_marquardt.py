@@ -16,7 +16,7 @@ from concurrent.futures import FIRST_EXCEPTION, CancelledError, ThreadPoolExecut
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Protocol
 
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 from surrogate.training.bayesian_regularization import (
     effective_parameters,
     evidence_parameters,

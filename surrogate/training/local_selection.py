@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from surrogate.models.local_models import LocalModel, LocalModelNetwork
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 from surrogate.training.local_training import Growth, LocalSettings
 from surrogate.training.selection import Rounds, Split, mse_by_part, split_samples, squared_errors
 from surrogate.training.train import Algorithm, checked_samples, train_local_models

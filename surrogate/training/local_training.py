@@ -14,7 +14,7 @@ import numpy as np
 
 from surrogate.models.local_models import LocalModel, polynomial_basis, polynomial_terms
 from surrogate.models.partitions import Partition
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 from surrogate.training.settings import Allowed, Choice, Number, Whole, check
 
 RIDGE = 1e-10

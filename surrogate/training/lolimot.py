@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from surrogate.models.partitions import AxisPartition, SplitTree, gaussian_exponents, normalised
-from surrogate.models.scaling import Array
+from surrogate.scaling import Array
 from surrogate.training.local_training import Grown, Samples, replaced
 
 SIGMA_DIVISOR = 2.5

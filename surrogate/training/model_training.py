@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from gtm_fmu.errors import InputError
-from surrogate import LocalModelNetwork, Network, Split, split_samples
-from surrogate.models.scaling import to_unit
+from surrogate.models.local_models import LocalModelNetwork
+from surrogate.models.network import Network
+from surrogate.scaling import to_unit
 from surrogate.training.samples import Samples
+from surrogate.training.selection import Split, split_samples
 from surrogate.training.settings import check
 from surrogate.training.train import ALLOWED, distinct_samples
 
@@ -111,7 +113,7 @@ def _networks(
     device: str,
     progress: Progress | None,
 ) -> list[Network]:
-    from surrogate import train_networks
+    from surrogate.training.train import train_networks
 
     trained = train_networks(
         samples.X,
@@ -133,7 +135,7 @@ def _networks(
 def _local_models(
     samples: Samples, weights: np.ndarray | None, split: Split, method: Any, _h: Any, _s: int, _d: str, progress: Any
 ) -> list[LocalModelNetwork]:
-    from surrogate import train_local_models
+    from surrogate.training.train import train_local_models
 
     models = []
     for training, test in zip(split.training, split.test, strict=True):

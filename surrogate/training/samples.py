@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gtm_fmu.errors import InputError
-from surrogate import Variable
-from surrogate.models.evaluation import check_names, check_result_names
+from surrogate.models.evaluation import Variable, check_names, check_result_names
 from surrogate.training.tables import Lattice, Table, numbers, read_table
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from surrogate.models.evaluation import Variable
 from surrogate.models.local_models import LocalModelNetwork
 from surrogate.models.network import Network, parameter_count
-from surrogate.models.scaling import Array, column_ranges, to_symmetric, to_unit
+from surrogate.scaling import Array, column_ranges, to_symmetric, to_unit
 from surrogate.training.hilomot import Hilomot
 from surrogate.training.levenberg_marquardt import PLAIN_SCHEDULE, Fit, History, Schedule, train
 from surrogate.training.local_training import Growth, LocalSettings, Samples, Splitter, grow

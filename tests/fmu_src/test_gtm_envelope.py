@@ -13,7 +13,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from gtm_fmu.aircraft.client import FmuClient, FmuError
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.envelopes.envelope import envelope
 from tests.fmu_src.native_session import DISCARD, ERROR, OK
 

@@ -303,7 +303,7 @@ def test_ends_with_its_host(folders, end):
 
 INTERRUPTED = """
 import os, signal, sys
-from gtm_fmu.client import FmuClient
+from gtm_fmu import FmuClient
 signal.signal(signal.SIGINT, signal.default_int_handler)
 with FmuClient(sys.argv[1]) as fmu:
     library, component = fmu.instance.dll, fmu._component

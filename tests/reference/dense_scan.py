@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import AILERON, ELEVATOR, PHI, RUDDER, THROTTLE, V
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration, trim_jacobian

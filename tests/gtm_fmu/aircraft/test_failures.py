@@ -5,7 +5,8 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import WIDEST, ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.errors import InputError
 
 NAMES = tuple(WIDEST)

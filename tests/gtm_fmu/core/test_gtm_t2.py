@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import WIDEST
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.airframe.folding import folded_tables
 from gtm_fmu.airframe.names import RUDDER, TRIM_UNKNOWNS, TWO_THROTTLE_UNKNOWNS, V
 from gtm_fmu.core import solver

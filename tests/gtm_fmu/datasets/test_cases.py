@@ -7,8 +7,10 @@ import pytest
 from scipy import stats
 from scipy.stats import qmc
 
-from gtm_fmu.aircraft.failures import WIDEST, ControlLimits, Failure, RateLimits
+from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.inputs import CHOICES, INPUTS, LIMITED, QUANTITIES, Column, failure
+from gtm_fmu.aircraft.limits import ControlLimits, RateLimits
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.datasets import axes, results

@@ -127,7 +127,9 @@ assert "gtm_fmu" not in sys.modules
 def test_script_without_a_guard(tmp_path):
     """The worker processes import it and would compute, too."""
     script = tmp_path / "script.py"
-    script.write_text("from tests.dataset_run import TABLE, compute\ncompute('a.zarr', TABLE, workers=1)\n")
+    script.write_text(
+        "from tests.gtm_fmu.datasets.dataset_run import TABLE, compute\ncompute('a.zarr', TABLE, workers=1)\n"
+    )
     path = {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
         [sys.executable, script], cwd=tmp_path, env=os.environ | path, capture_output=True, text=True, timeout=120

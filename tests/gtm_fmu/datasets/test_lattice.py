@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.datasets import lattice as dataset
 from gtm_fmu.envelopes.envelope import envelope
 from gtm_fmu.errors import InputError

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.datasets import results
 from gtm_fmu.envelopes.envelope import envelope
 from gtm_fmu.errors import InputError
@@ -46,6 +47,6 @@ def test_every_control_counts():
 
 
 def test_another_version_asks():
-    other = {**results.provenance(), "gtm_fmu_version": "9.9"}
+    other = {**provenance(), "gtm_fmu_version": "9.9"}
     with pytest.raises(InputError, match=r"differ from those of 9\.9 here; install the same on every worker"):
         results.evaluate(TABLE.rows(0, 1), asked_by=other)

@@ -261,7 +261,7 @@ class TestRefusal:
 HOLD = """
 import sys, time
 from pathlib import Path
-from gtm_fmu.store import writer_lock
+from gtm_fmu.datasets.store import writer_lock
 with writer_lock(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)

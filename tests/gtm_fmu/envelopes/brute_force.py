@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import BETA, RUDDER
 from gtm_fmu.core import motion, solver
 from gtm_fmu.core.configuration import Configuration, trim_residual

@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.boundary import RATE_TOLERANCE_DEG_S, SPEED_TOLERANCE_KT, Boundary, envelope_boundary

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from tests.reference.dense_scan import Case, Steps, errors, random_case
 
 NEAR, FAR = Steps(1, 1, 2.5), Steps(4, 3, 5)

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits, Range
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import Range
 from gtm_fmu.airframe.names import PHI, RUDDER, THROTTLE, V
 from gtm_fmu.core import solver
 from gtm_fmu.datasets import lattice as dataset

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.path import Path
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import ELEVATOR
 from gtm_fmu.core import solver
 from gtm_fmu.envelopes.boundary import envelope_boundary

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gtm_fmu import envelope
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.slopes import EnvelopeSlopes, QuantitySlopes, envelope_slopes
 from gtm_fmu.errors import InputError

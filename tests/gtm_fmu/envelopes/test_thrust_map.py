@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.atmosphere import atmosphere
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.envelopes.envelope import FlightCondition

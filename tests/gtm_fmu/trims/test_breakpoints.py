@@ -6,7 +6,8 @@ import pytest
 from fmu_src.fmus import build_fmu
 from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.aircraft.evaluation import FmuAirframe
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import LINEAR_STATES, STATES
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.grid import assess

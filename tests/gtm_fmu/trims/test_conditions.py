@@ -9,7 +9,8 @@ from fmpy import simulate_fmu
 from fmu_src.fmus import build_fmu
 from gtm_fmu.aircraft import airspeed
 from gtm_fmu.aircraft.client import FmuClient
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import V
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration

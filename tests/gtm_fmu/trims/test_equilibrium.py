@@ -9,7 +9,7 @@ from examples.foreign_fmus.build import renamed, van_der_pol
 from fmu_src.fmus import build_fmu
 from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.aircraft.evaluation import FmuAirframe
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import CONTROLS, STATES
 from gtm_fmu.errors import InputError
 from gtm_fmu.trims import steady

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure, RateLimits
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits, RateLimits
 from gtm_fmu.core.configuration import Configuration, derivatives
 from gtm_fmu.core.solver import dead_controls
 from gtm_fmu.envelopes.envelope import FlightCondition

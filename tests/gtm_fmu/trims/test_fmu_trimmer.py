@@ -8,7 +8,7 @@ import pytest
 from fmu_src.fmus import build_fmu
 from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.aircraft.evaluation import LINEAR_ROWS, FmuAirframe
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import ALPHA, CONTROLS, STATES
 from gtm_fmu.core import motion, solver
 from gtm_fmu.errors import InputError

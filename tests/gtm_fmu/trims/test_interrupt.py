@@ -53,7 +53,7 @@ def test_a_trim_is_stopped_wherever_it_is(fmu, heard, at):
 def test_a_simulation_is_stopped(fmu, tmp_path):
     """A real Control-C while a process steps the pythonfmu FMU: the slave's own Python never sees it."""
     script = (
-        "import signal, sys\nfrom gtm_fmu.client import FmuClient\n"
+        "import signal, sys\nfrom gtm_fmu import FmuClient\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "with FmuClient(sys.argv[1]) as fmu:\n"
         "    try:\n        print('ready', flush=True)\n        fmu.simulate(1e4, 0.01, ['air.tas'])\n"

@@ -9,7 +9,7 @@ import pytest
 from fmu_src.fmus import build_fmu
 from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.aircraft.evaluation import FmuAirframe
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES
 from gtm_fmu.core import motion
 from gtm_fmu.trims import linearization, steady

@@ -7,7 +7,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import TRIM_UNKNOWNS
 from gtm_fmu.core import solver
 from gtm_fmu.envelopes.envelope import FlightCondition

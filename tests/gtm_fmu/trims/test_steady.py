@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from gtm_fmu.aircraft.failures import WIDEST, ControlLimits
+from gtm_fmu.aircraft import ranges
+from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.airframe.names import BETA, PHI, PSI_DOT, RUDDER, V
 from gtm_fmu.core import solver
 from gtm_fmu.errors import InputError
@@ -33,7 +35,7 @@ def excess(y, lower, upper):
 
 def bounds(tas_kt, turn_rate_deg_s, rudder_deg=WIDEST["rudder_deg"], **limits):
     held = (tas_kt, tas_kt), (turn_rate_deg_s, turn_rate_deg_s)
-    return manoeuvre.bounds(ControlLimits(rudder_deg=rudder_deg, **limits), manoeuvre.ALPHA_DEG, (-30, 30), *held)
+    return manoeuvre.bounds(ControlLimits(rudder_deg=rudder_deg, **limits), ranges.ALPHA_DEG, (-30, 30), *held)
 
 
 @pytest.mark.parametrize("printed", TRIMS, ids=lambda trim: trim.name)

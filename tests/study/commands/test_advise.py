@@ -6,11 +6,10 @@ import sys
 
 import pytest
 
-from gtm_fmu import ControlLimits, Failure, envelope
+from gtm_fmu import ControlLimits, Failure, envelope, envelope_slopes
 from gtm_fmu.core.configuration import Configuration
-from gtm_fmu.envelopes import slopes as envelope_slopes
-from study.figures.advice_figure import plot_advice
 from study.paper import advice
+from study.paper.advice_figure import plot_advice
 
 RUDDER = "advise --altitude-ft 10000 --gamma-deg -5 --rudder-deg 5 25"
 
@@ -174,5 +173,5 @@ def test_figure(rudder):
 
 def test_other_commands_do_not_wait_for_it():
     """What only advice needs is imported when it is asked for."""
-    needed = "import sys, study.cli; sys.exit('sensitivity' in sys.modules or 'scipy.stats' in sys.modules)"
+    needed = "import sys, study.commands.cli; sys.exit('sensitivity' in sys.modules or 'scipy.stats' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", needed], timeout=60).returncode == 0

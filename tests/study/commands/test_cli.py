@@ -362,7 +362,7 @@ class TestInstalled:
     @pytest.mark.parametrize("command", ["--help", f"trim {AT} --json", "envelope --altitude-ft 9000", PREDICT])
     def test_nothing_slow_is_imported(self, command):
         script = (
-            "import sys, atexit; from study import cli\n"
+            "import sys, atexit; from study.commands import cli\n"
             "atexit.register(lambda: print(*{name.split('.')[0] for name in sys.modules}, file=sys.stderr))\n"
             f"sys.argv = {['gtm-fmu', *command.split()]}\ncli.main()"
         )

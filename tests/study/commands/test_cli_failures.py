@@ -2,7 +2,8 @@
 
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.trims import steady

@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 from distributed import LocalCluster
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.datasets.results import limit_names
 from gtm_fmu.datasets.store import open_cases

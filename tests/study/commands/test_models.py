@@ -189,7 +189,7 @@ class TestTrain:
         def greedy(*_, **__):
             raise RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 1280006400008 bytes.")
 
-        monkeypatch.setattr("surrogate.train_networks", greedy, raising=False)
+        monkeypatch.setattr("surrogate.training.train.train_networks", greedy)
         code, _, error = command("train", folder / "wing.csv", *COLUMNS, "--output", tmp_path / "m.json")
         assert code == 2
         assert "too much memory: take fewer" in error

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.envelopes import maps as surveys
 from gtm_fmu.envelopes.envelope import FlightCondition
 

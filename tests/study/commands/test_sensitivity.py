@@ -206,8 +206,8 @@ def test_the_exact_model_gives_the_exact_test_set():
 KILLED = """
 import os, signal, sys
 from dataclasses import replace
-from study import sensitivity_models as models
-from study.cli import main
+from study.commands import sensitivity_models as models
+from study.commands.cli import main
 real, left = models._of_file, [3]
 def dying(name):
     model = real(name)

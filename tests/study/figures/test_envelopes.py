@@ -6,8 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.inputs import LIMITED
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.boundary import envelope_boundary
 from gtm_fmu.envelopes.envelope import FlightCondition

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.family import envelope_family
 from study.figures.envelopes import save_envelope

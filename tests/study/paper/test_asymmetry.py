@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.envelope import envelope
 from study.paper.asymmetry import differences

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.datasets import lattice as dataset
 from gtm_fmu.envelopes import maps as surveys
 from gtm_fmu.envelopes.envelope import envelope

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
+from gtm_fmu.progress import Advance
 from study.paper import protocol_report, published
 from study.paper.protocol import Lattice, Protocol, run
-from study.progress import Advance
 from surrogate import LocalSettings, Schedule
 
 

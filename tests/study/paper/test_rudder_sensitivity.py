@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import sensitivity
-from gtm_fmu.aircraft.failures import ControlLimits, Failure
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.envelope import FlightCondition, envelope
 from gtm_fmu.envelopes.thrust_map import ThrustMap

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from gtm_fmu.aircraft.failures import ControlLimits
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.datasets.cases import Sampling
 from gtm_fmu.envelopes import thrust_survey

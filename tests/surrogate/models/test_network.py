@@ -247,6 +247,7 @@ print([name for name in ("torch", "sklearn", "scipy", "casadi", "xarray", "panda
 """
     command = [sys.executable, "-c", code, str(tmp_path / "network.json")]
     own, others = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    names = ("core", "evaluation", "local_models", "network", "partitions", "scaling", "storage")
+    kinds = ("evaluation", "load", "local_models", "network", "partitions", "storage")
+    names = ("core", "models", *(f"models.{kind}" for kind in kinds), "scaling")
     assert own == str([f"surrogate.{name}" for name in names])
     assert others == "[]"
