@@ -80,7 +80,7 @@ class Failure:
 
     @property
     def lower(self) -> np.ndarray:
-        """Lower limits of the `controls`, of those that nothing follows the one position they are held at."""
+        """Lower limits of the `controls`. One that moves nothing any more is held at one position."""
         return self._ranges[:, 0]
 
     @property

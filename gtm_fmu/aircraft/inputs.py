@@ -101,7 +101,8 @@ LIMITED: dict[str, tuple[Column, Range]] = {
         *(Column(name, "%") for name in ("throttle", "throttle_left", "throttle_right")),
     )
 }
-"""Controls, and the limits of the undamaged aircraft. Limits of one engine's throttle part the throttles."""
+"""Controls, and the limits of the undamaged aircraft. With limits of one engine's throttle, each engine is
+controlled by a throttle of its own."""
 
 _APART = tuple(control for control in LIMITED if control not in CONTROLS)
 

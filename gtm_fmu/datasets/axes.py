@@ -61,7 +61,7 @@ class Levels:
 
     @property
     def dimensions(self) -> int:
-        """None if there is one value."""
+        """1, or 0 where there is one value only and nothing varies."""
         return int(len(self) > 1)
 
     def rows(self, index: np.ndarray) -> np.ndarray:

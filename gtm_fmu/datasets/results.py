@@ -24,7 +24,7 @@ TRIM = (
 """What is kept of the trim at each end, as ``alpha_at_v_min``."""
 
 THROTTLES = (Column("throttle_left", "%"), Column("throttle_right", "%"))
-"""What is kept besides where inputs part the throttles: then ``throttle`` is that of a single engine that runs."""
+"""Kept too where each engine has a throttle of its own: ``throttle`` is then that of a single engine that runs."""
 
 LIMITS = tuple(
     f"{name}.{side}" for name in dict.fromkeys((*TRIM_UNKNOWNS, *TWO_THROTTLE_UNKNOWNS)) for side in ("lower", "upper")

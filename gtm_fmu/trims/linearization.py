@@ -162,7 +162,7 @@ class LinearModel:
 
 
 def linearize(trim: Trim, limits: ControlLimits | Failure | None = None) -> LinearModel:
-    """Exact linear model at a trim; controls that its failure jams, or that nothing follows, are no inputs.
+    """Exact linear model at a trim; controls that are jammed, or that move no surface and no engine, are no inputs.
 
     Args:
         limits: those of the trim, which it carries itself; none need be given.

@@ -7,6 +7,7 @@ criterion asks for more (Nelles, Nonlinear System Identification; Hartmann's the
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from typing import Literal, Protocol, get_args
 
@@ -79,8 +80,9 @@ class Samples:
 
     def subset(self, rows: np.ndarray) -> Samples:
         """The samples that `rows` selects, regularised as all of them."""
-        part = object.__new__(Samples)
-        part.__dict__ = self.__dict__ | {name: getattr(self, name)[rows] for name in ("z", "y", "v", "A", "_products")}
+        part = copy(self)
+        for name in ("z", "y", "v", "A", "_products"):
+            setattr(part, name, getattr(self, name)[rows])
         return part
 
     def normal_matrices(self, q: Array) -> Array:
