@@ -23,7 +23,8 @@ CALIBRATION_CASES, CALIBRATION_SEED = 1536, 7
 """Further cases, to choose the tolerances of a model by."""
 FURTHER_CASES, FURTHER_SEED = 4000, 2027
 """Further cases, which no model was fitted, chosen or calibrated by."""
-ALTITUDE_FT, GAMMA_DEG = (0.0, 30000.0), (-5.0, 5.0)  # the paper's
+ALTITUDE_FT, GAMMA_DEG = (0.0, 30000.0), (-5.0, 5.0)
+"""The paper's ranges."""
 PARTS = ("restrictions", "jams", "all")
 LEVEL, DEVIATIONS = 0.95, 1.96
 """Share of the errors inside an interval of so many standard deviations to both sides."""

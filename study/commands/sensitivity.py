@@ -31,8 +31,6 @@ SAMPLES = {"variance": 2**13, "interactions": 2**13, "shapley": 2**11, "full-ind
 SAMPLES |= {"given-data": 2**12, "pawn": 2**12}
 SLOWER_BY = 32
 """So many times fewer samples where a case takes milliseconds."""
-RUDDER = {"altitude_ft": (0.0, 30000.0), "gamma_deg": (-5.0, 5.0), "rudder_deg": (-30.0, 30.0)}
-"""The paper's ranges."""
 
 
 @dataclass(frozen=True)
@@ -190,9 +188,11 @@ def _laws(
         if condition:
             raise InputError(f"Ranges of the rudder are not for '{model}': give --distribution or --input.")
         return None
-    altitude, gamma, rudder = (
-        list(given or default) for given, default in zip(ranges.values(), RUDDER.values(), strict=True)
-    )
+    from gtm_fmu.aircraft.ranges import WIDEST
+    from gtm_fmu.datasets.off_lattice import ALTITUDE_FT, GAMMA_DEG
+
+    defaults = ALTITUDE_FT, GAMMA_DEG, WIDEST["rudder_deg"]
+    altitude, gamma, rudder = (list(given or default) for given, default in zip(ranges.values(), defaults, strict=True))
     return described_distribution(
         {
             "inputs": [

@@ -12,7 +12,7 @@ from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.aircraft.ranges import WIDEST, Range
 from gtm_fmu.core import solver
-from gtm_fmu.datasets.off_lattice import Surrogate
+from gtm_fmu.datasets.off_lattice import ALTITUDE_FT, GAMMA_DEG, Surrogate
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.family import EnvelopeFamily, envelope_family
 from gtm_fmu.progress import Advance
@@ -39,7 +39,7 @@ def compare_trims(fmu: Path, seed: int, advance: Advance) -> dict[str, Any]:
             low, high = np.sort(rng.uniform(*WIDEST["rudder_deg"], 2))
             limits = ControlLimits(rudder_deg=(low, low if k % 2 else high))
             tas_kt, gamma_deg, turn_rate_deg_s = rng.uniform((80.0, -5.0, -5.0), (150.0, 5.0, 5.0))
-            question = (rng.uniform(0.0, 30000.0), tas_kt, gamma_deg, turn_rate_deg_s, limits)
+            question = (rng.uniform(*ALTITUDE_FT), tas_kt, gamma_deg, turn_rate_deg_s, limits)
             by_core, by_fmu = steady.trim(*question), trimmer.trim(*question)
             agreed += by_core.feasible == by_fmu.feasible
             if by_core.feasible and by_fmu.feasible:
@@ -148,7 +148,7 @@ def compare_surrogate_fmu(fmu: Path, surrogate: Surrogate, seed: int) -> dict[st
     largest, agreed, cases = 0.0, 0, 50
     with FmuClient(fmu) as client:
         for _ in range(cases):
-            altitude_ft, gamma_deg = rng.uniform((0.0, -5.0), (30000.0, 5.0))
+            altitude_ft, gamma_deg = rng.uniform(*np.transpose([ALTITUDE_FT, GAMMA_DEG]))
             lower, upper = np.sort(rng.uniform(*WIDEST["rudder_deg"], 2)).tolist()
             si = np.array([altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, lower, upper))])
             client.set(inputs, si)

@@ -1,4 +1,4 @@
-"""The solver, layer by layer, with an aircraft in closed form (toy_aircraft.c)."""
+"""The solver above its linear algebra, layer by layer, with an aircraft in closed form (toy_aircraft.c)."""
 
 import ctypes
 from itertools import pairwise
@@ -63,34 +63,6 @@ def test_the_toy_is_its_closed_form(toy):
             step = 1e-6 * SCALE * (np.arange(NT) == k)
             difference = (accelerations(toy, y + step)[0] - accelerations(toy, y - step)[0]) / (2 * step[k])
             np.testing.assert_allclose(J[:, k], difference, rtol=1e-6, atol=1e-6 * np.abs(J).max())
-
-
-class TestLinearAlgebra:
-    @pytest.mark.parametrize("n", range(1, 7))
-    def test_elimination(self, toy, n):
-        rng = np.random.default_rng(n)
-        for _ in range(50):
-            A, b = rng.normal(size=(n, n)), rng.normal(size=n)
-            expected = np.linalg.solve(A, b)
-            assert toy.gtm_solve(n, address(A), address(b)) == 0
-            np.testing.assert_allclose(b, expected, rtol=1e-8, atol=1e-9 * np.abs(expected).max())
-
-    def test_a_singular_system_is_refused(self, toy):
-        A, b = np.ones((3, 3)), np.ones(3)
-        assert toy.gtm_solve(3, address(A), address(b)) == 1
-
-    @pytest.mark.parametrize("n", range(1, 6))
-    def test_cholesky_in_wider_rows(self, toy, n):
-        rng = np.random.default_rng(n)
-        root, b, H = rng.normal(size=(n, n + 1)), rng.normal(size=n), np.zeros((n, 5))
-        H[:, :n] = root @ root.T
-        expected = np.linalg.solve(H[:, :n], b)
-        assert toy.gtm_solve_definite(n, 5, address(H), address(b)) == 0
-        np.testing.assert_allclose(b, expected, rtol=1e-8, atol=1e-9 * np.abs(expected).max())
-
-    def test_an_indefinite_system_is_refused(self, toy):
-        H, b = np.diag([1.0, -1.0]), np.ones(2)
-        assert toy.gtm_solve_definite(2, 2, address(H), address(b)) == 1
 
 
 class Cell(ctypes.Structure):
