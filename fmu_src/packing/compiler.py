@@ -22,7 +22,7 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.files import temporary_folder
 
 FLAGS = ("-std=c99", "-O2", "-g0", "-fvisibility=hidden")
-_ELF = ("-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
+_ELF = ("-shared", "-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
 """An FMU calls its own functions, whatever else a process has loaded."""
 
 LONGEST_S = 600
@@ -51,10 +51,21 @@ PLATFORMS = (
     Platform("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux"),
     Platform("x86_64-linux-musl", None, "x86_64-linux-musl"),
     Platform("aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux"),
-    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll", (), ()),
-    Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib", link_flags=()),
-    Platform("aarch64-macos", "aarch64-darwin", "aarch64-darwin", ".dylib", link_flags=()),
+    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll", (), ("-shared",)),
+    Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib", link_flags=("-shared",)),
+    Platform("aarch64-macos", "aarch64-darwin", "aarch64-darwin", ".dylib", link_flags=("-shared",)),
 )
+"""Of the FMUs."""
+
+BROWSER = Platform(
+    "wasm32-wasi",
+    None,
+    "wasm32-wasi",
+    ".wasm",
+    flags=(),
+    link_flags=("-mexec-model=reactor", "-Wl,--export-dynamic", "-Wl,--export=malloc", "-Wl,--strip-all"),
+)
+"""WebAssembly without a main program; it asks nothing of its host."""
 
 
 def host_platform() -> Platform:
@@ -100,8 +111,7 @@ def all_binaries(
     Raises:
         InputError: Zig is not installed, or no platform could be built.
     """
-    if find_spec("ziglang") is None:
-        raise InputError("Building for all platforms needs Zig: install the extra `gtm-fmu[cross]`.")
+    _check_zig("Building for all platforms")
     binaries, reason = {}, ""
     for done, platform in enumerate(PLATFORMS):
         if progress:
@@ -110,14 +120,32 @@ def all_binaries(
             log.warning("%s is left out: FMI %d.0 has no name for it.", platform.target, fmi)
             continue
         try:
-            command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, "-s"]
-            binaries[platform] = _compile(command, platform, name, sources)
+            binaries[platform] = _compile([*_zig(platform), "-s"], platform, name, sources)
         except InputError as error:
             reason = str(error)
             log.warning("%s is left out: %s", platform.target, reason)
     if not binaries:
         raise InputError(f"No platform could be built, the last one because: {reason}")
     return binaries
+
+
+def browser_binary(name: str, sources: dict[str, bytes]) -> bytes:
+    """A WebAssembly module that exports the functions which a shared library would.
+
+    Raises:
+        InputError: Zig is not installed, or it fails.
+    """
+    _check_zig("Compiling for a browser")
+    return _compile(_zig(BROWSER), BROWSER, name, sources)
+
+
+def _check_zig(purpose: str) -> None:
+    if find_spec("ziglang") is None:
+        raise InputError(f"{purpose} needs Zig: install the extra `gtm-fmu[cross]`.")
+
+
+def _zig(platform: Platform) -> list[str]:
+    return [sys.executable, "-m", "ziglang", "cc", "-target", platform.target]
 
 
 def _compile(
@@ -138,7 +166,7 @@ def _compile(
             objects = list(pool.map(lambda path: _object(compiler, path, sources, folder), paths))
         library = f"{name}{platform.suffix}"
         math = [] if platform.suffix == ".dll" else ["-lm"]
-        _run([*compiler, *platform.link_flags, "-shared", "-o", library, *objects, *math, *libraries], folder)
+        _run([*compiler, *platform.link_flags, "-o", library, *objects, *math, *libraries], folder)
         return Path(folder, library).read_bytes()
 
 

@@ -44,12 +44,21 @@ def source_files(native: Sequence[str], core: Sequence[str], fmi: int) -> dict[s
     Raises:
         InputError: the core's generated C is missing.
     """
-    headers = sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.h")) if core else []
+    sources = core_files(core) if core else {}
+    return sources | {name: (NATIVE / name).read_bytes() for name in (*native, f"fmi{fmi}.c")}
+
+
+def core_files(core: Sequence[str]) -> dict[str, bytes]:
+    """C files of the core, and all of its headers.
+
+    Raises:
+        InputError: the core's generated C is missing.
+    """
+    headers = sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.h"))
     try:
-        sources = {name: (CORE / name).read_bytes() for name in (*headers, *core)}
+        return {name: (CORE / name).read_bytes() for name in (*headers, *core)}
     except FileNotFoundError as error:
         raise InputError(f"There is no '{error.filename}': install the package first, with `pip install .`.") from error
-    return sources | {name: (NATIVE / name).read_bytes() for name in (*native, f"fmi{fmi}.c")}
 
 
 PREFIX = "prefix.h"

@@ -36,7 +36,8 @@ from gtm_fmu.core.configuration import Configuration, trim_residual
 from gtm_fmu.errors import InputError
 from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
 
-_HELD_TOLERANCE = 1e-6  # of an unknown's typical size: closer to a bound than this is held by it
+HELD_TOLERANCE = 1e-6
+"""Of an unknown's typical size: closer to a bound than this is held by it."""
 _NO_THRUST = 1e-6  # lbf
 CONVERGED_RESIDUAL = 1e-9
 """Largest acceleration of a converged trim, ft/s^2 and rad/s^2 alike."""
@@ -70,7 +71,7 @@ def limits_hit(y, lower, upper, airframe: solver.Airframe = solver.STUDY) -> tup
     names = []
     scales = solver.scale(airframe)
     for name, value, low, high, scale in zip(airframe.unknowns, y, lower, upper, scales, strict=True):
-        slack = _HELD_TOLERANCE * scale * (-1 if low == high else 1)
+        slack = HELD_TOLERANCE * scale * (-1 if low == high else 1)
         if value <= low + slack:
             names.append(f"{name}.lower")
         if value >= high - slack:

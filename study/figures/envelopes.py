@@ -20,7 +20,7 @@ from study.figures.pages import page
 from study.files import save_picture
 
 # Colours of Okabe and Ito, which the colour-blind tell apart
-_COLOURS = {
+COLOURS = {
     "alpha": "#d55e00",
     "throttle": "#0072b2",
     "aileron": "#009e73",
@@ -48,9 +48,9 @@ def strokes(boundary: Boundary) -> Iterator[Stroke]:
     for around in boundary.polygons:
         for piece in around:
             held = [name.split(".")[0] for name in piece.limits]
-            controls = [name for name in _COLOURS if any(name == each.partition("_")[0] for each in held)]
+            controls = [name for name in COLOURS if any(name == each.partition("_")[0] for each in held)]
             for k, name in enumerate(controls[:2]):
-                yield Stroke(captions.quantity(name), _COLOURS[name], k > 0, piece.turn_rate_deg_s, piece.tas_kt)
+                yield Stroke(captions.quantity(name), COLOURS[name], k > 0, piece.turn_rate_deg_s, piece.tas_kt)
             if not controls:
                 label = Label("no limit", "no limit")
                 yield Stroke(label, "#777777", False, piece.turn_rate_deg_s, piece.tas_kt)

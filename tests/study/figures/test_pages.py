@@ -1,6 +1,5 @@
 """Interactive pages in a browser without a network: they load, draw, turn and tell what is under the pointer."""
 
-import shutil
 from pathlib import Path
 
 import pytest
@@ -11,22 +10,11 @@ from gtm_fmu.envelopes.family import envelope_family
 from study.figures.envelopes import save_envelope
 from study.figures.families import family_page
 from study.files import write_text
+from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, chromium, new_tab
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = next(
-    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
-)
-FLAGS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--enable-unsafe-swiftshader",  # WebGL without a graphics card
-)
-PHONE, DESKTOP = {"width": 390, "height": 780}, {"width": 1280, "height": 800}
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium to open pages with")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 
 
 @pytest.fixture(scope="module")
@@ -41,31 +29,21 @@ def pages(tmp_path_factory) -> dict[str, Path]:
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    with sync_api.sync_playwright() as playwright:
-        context = playwright.chromium.launch_persistent_context(
-            tmp_path_factory.mktemp("profile"), executable_path=CHROMIUM, args=list(FLAGS), offline=True
-        )
+    with chromium(tmp_path_factory.mktemp("profile")) as context:
         yield context
-        context.close()
 
 
 @pytest.fixture
 def opened(browser, pages):
     """A page at the width of a phone, and what it complained of or asked for."""
-    tab, complaints = browser.new_page(), []
-    tab.set_viewport_size(PHONE)
-    tab.on("console", lambda message: complaints.append(message.text) if message.type == "error" else None)
-    tab.on("pageerror", lambda error: complaints.append(str(error)))
-    local = ("file:", "data:", "blob:")
-    tab.on("request", lambda asked: None if asked.url.startswith(local) else complaints.append(asked.url))
+    with new_tab(browser) as (tab, complaints):
 
-    def open_page(name: str):
-        tab.goto(pages[name].as_uri())
-        tab.wait_for_selector(".js-plotly-plot .main-svg")
-        return tab, complaints
+        def open_page(name: str):
+            tab.goto(pages[name].as_uri())
+            tab.wait_for_selector(".js-plotly-plot .main-svg")
+            return tab, complaints
 
-    yield open_page
-    tab.close()
+        yield open_page
 
 
 def assert_fills_the_window(tab, size) -> None:

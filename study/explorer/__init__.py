@@ -1,0 +1,1 @@
+"""The explorer: a page that computes envelopes in the browser, by the compiled core."""

@@ -1,0 +1,193 @@
+// The compiled core as the page asks it. Units are the core's inside (ft/s, rad), the page's outside (kn, deg).
+// `facts` are names, ranges and constants that the page brings along from Python.
+
+class Core {
+    constructor(module, facts) {
+        this.facts = facts;
+        this.core = new WebAssembly.Instance(module, {}).exports;
+        this.core._initialize();
+        this.at = Object.fromEntries(facts.unknowns.map((name, place) => [name, place]));
+        this.perUnit = facts.unknowns.map((name) => facts.units_per_core_unit[name] ?? 1);
+        const most = facts.unknowns.length + 1;
+        for (const name of ["lower", "upper", "objective", "best"]) this[name] = this.numbers(most);
+        this.violation = this.numbers(1);
+        [this.place, this.residual, this.status] = [this.numbers(2), this.numbers(1), this.numbers(1)];
+        this.starts = this.numbers(most);
+        this.dead = this.numbers(most);
+        this.casesAt = this.numbers(4);
+        this.foundAt = this.numbers(6);
+    }
+
+    // An array of doubles in the memory of the core, at `address`.
+    numbers(length, values) {
+        const address = this.core.malloc(8 * length);
+        if (values) new Float64Array(this.core.memory.buffer, address, length).set(values);
+        return address;
+    }
+
+    view(address, length) {
+        return new Float64Array(this.core.memory.buffer, address, length);
+    }
+
+    // What a condition means to the solver: a configuration (0: the study's), and the bounds of the unknowns.
+    ask(condition) {
+        const { configuration: given, limits } = condition;
+        const usual = Object.entries(this.facts.usual_configuration).every(([name, value]) => given[name] === value);
+        const running = { both: [1, 1], left_out: [0, 1], right_out: [1, 0], both_out: [0, 0] }[given.engines];
+        const c = usual
+            ? 0
+            : this.core.explorer_configuration(
+                  given.damage_case, given.fuel_used_lb, given.stabilizer_deg, given.gear, given.flap_deg, given.spoiler_deg, ...running,
+              );
+        const ranges = { ...this.facts.bounds, ...limits };
+        const lower = this.facts.unknowns.map((name, i) => ranges[name][0] / this.perUnit[i]);
+        const upper = this.facts.unknowns.map((name, i) => ranges[name][1] / this.perUnit[i]);
+        if (c) this.holdDead(c, lower, upper);
+        return { c, altitude: condition.altitude_ft, gamma: condition.gamma_deg * this.facts.rad_per_deg, lower, upper };
+    }
+
+    // A control that moves nothing is held as near to zero as its limits let it.
+    holdDead(c, lower, upper) {
+        this.core.gtm_dead_controls(c, this.dead);
+        const isDead = new Uint8Array(this.core.memory.buffer, this.dead, lower.length + 1);
+        for (let i = 0; i < lower.length; i++) {
+            const isThrottle = i === this.at.throttle;
+            if (isDead[i] && (!isThrottle || isDead[i + 1])) lower[i] = upper[i] = Math.min(Math.max(0, lower[i]), upper[i]);
+        }
+    }
+
+    setBounds({ lower, upper }) {
+        this.view(this.lower, lower.length).set(lower);
+        this.view(this.upper, upper.length).set(upper);
+    }
+
+    // The steady manoeuvre with the least of sign * unknown; null if none is inside the limits.
+    end(asked, name, sign, changed = {}) {
+        const n = this.facts.unknowns.length;
+        this.setBounds(asked);
+        for (const [other, [low, high]] of Object.entries(changed)) {
+            this.view(this.lower, n)[this.at[other]] = low;
+            this.view(this.upper, n)[this.at[other]] = high;
+        }
+        const objective = this.view(this.objective, n).fill(0);
+        objective[this.at[name]] = sign;
+        const status = this.core.gtm_envelope_end(
+            asked.c, 1, asked.altitude, asked.gamma, this.lower, this.upper, this.objective, this.best, this.violation,
+        );
+        return status === 0 ? Array.from(this.view(this.best, n)) : null;
+    }
+
+    // An unknown's value in the units of the page.
+    value(y, name) {
+        return y[this.at[name]] * this.perUnit[this.at[name]];
+    }
+
+    trim(y) {
+        return Object.fromEntries(this.facts.unknowns.map((name) => [name, this.value(y, name)]));
+    }
+
+    // Names of the limits that a point holds, as "rudder.upper"; a jam is none.
+    limitsHit(y, { lower, upper }) {
+        const near = (i) => this.facts.held_tolerance * this.facts.scale[i];
+        return this.facts.unknowns.flatMap((name, i) => {
+            if (lower[i] === upper[i]) return [];
+            return [
+                ...(y[i] <= lower[i] + near(i) ? [`${name}.lower`] : []),
+                ...(y[i] >= upper[i] - near(i) ? [`${name}.upper`] : []),
+            ];
+        });
+    }
+
+    // V_min and V_max, exact.
+    envelope(condition) {
+        const asked = this.ask(condition);
+        const low = this.end(asked, "V", 1);
+        const high = low && this.end(asked, "V", -1);
+        if (!high) {
+            const spare = this.end(asked, "throttle", 1, { throttle: [asked.lower[this.at.throttle], this.facts.throttle_without_limit] });
+            return { feasible: false, t_min_pct: spare && spare[this.at.throttle] };
+        }
+        return {
+            feasible: true,
+            v_min_kt: this.value(low, "V"),
+            v_max_kt: this.value(high, "V"),
+            at_v_min: this.trim(low),
+            at_v_max: this.trim(high),
+            held_at_v_min: this.limitsHit(low, asked),
+            held_at_v_max: this.limitsHit(high, asked),
+        };
+    }
+
+    // The turn rates that are left at speeds over the envelope, each end with the limits that hold it.
+    section(condition, envelope, speeds = 61) {
+        if (!envelope.feasible) return [];
+        const asked = this.ask(condition);
+        const rows = [];
+        let ends = [this.y(envelope.at_v_min), this.y(envelope.at_v_min)];
+        for (let k = 0; k < speeds; k++) {
+            const share = 0.5 - 0.5 * Math.cos((Math.PI * k) / (speeds - 1));
+            const tas_kt = envelope.v_min_kt + share * (envelope.v_max_kt - envelope.v_min_kt);
+            const found = [1, -1].map((sign, side) => this.turning(asked, sign, tas_kt, ends[side]));
+            if (!found[0] || !found[1]) continue;
+            ends = found;
+            const [low, high] = found.map((y) => ({ turn_rate_deg_s: this.value(y, "psi_dot"), held: this.limitsHit(y, asked) }));
+            rows.push({ tas_kt, intervals: [{ low, high }] });
+        }
+        return rows;
+    }
+
+    y(trim) {
+        return this.facts.unknowns.map((name, i) => trim[name] / this.perUnit[i]);
+    }
+
+    turning(asked, sign, tas_kt, start) {
+        const n = this.facts.unknowns.length;
+        this.setBounds(asked);
+        this.view(this.lower, n)[this.at.V] = this.view(this.upper, n)[this.at.V] = tas_kt / this.perUnit[this.at.V];
+        this.view(this.objective, n).fill(0)[this.at.psi_dot] = sign;
+        this.view(this.starts, n).set(start);
+        const status = this.core.gtm_extreme(
+            asked.c, 1, asked.altitude, asked.gamma, this.lower, this.upper, this.objective, 1, this.starts, this.best, this.violation,
+        );
+        return status === 0 ? Array.from(this.view(this.best, n)) : null;
+    }
+
+    // The steady manoeuvre with the least sideslip at the chosen speed and turn rate: inside the limits, or the nearest.
+    manoeuvre(condition) {
+        const asked = this.ask(condition);
+        const n = this.facts.unknowns.length;
+        this.setBounds(asked);
+        for (const [name, value] of [["V", condition.tas_kt], ["psi_dot", condition.turn_rate_deg_s]]) {
+            const i = this.at[name];
+            this.view(this.lower, n)[i] = this.view(this.upper, n)[i] = value / this.perUnit[i];
+        }
+        this.view(this.place, 2).set([asked.altitude, asked.gamma]);
+        this.core.gtm_trims(
+            asked.c, 1, 1, this.place, this.place + 8, this.lower, this.upper, this.best, this.residual, this.violation, this.status,
+        );
+        const status = new Int32Array(this.core.memory.buffer, this.status, 1)[0];
+        if (status === 2) return { feasible: false };
+        const y = Array.from(this.view(this.best, n));
+        const limits = this.facts.shown_margins.map((name) => {
+            const i = this.at[name];
+            return { name, value: this.value(y, name), low: asked.lower[i] * this.perUnit[i], high: asked.upper[i] * this.perUnit[i] };
+        });
+        return { feasible: status === 0, trim: this.trim(y), limits };
+    }
+
+    loadMap({ densities, paths, deflections, table, constants }) {
+        const floats = this.core.malloc(4 * table.length);
+        new Float32Array(this.core.memory.buffer, floats, table.length).set(table);
+        const speeds = table.length / (densities.length * paths.length * deflections.length) - 2;
+        const arrays = [densities, paths, deflections].map((array) => this.numbers(array.length, array));
+        this.map = this.core.explorer_map(densities.length, paths.length, deflections.length, speeds, ...arrays, floats, ...constants);
+    }
+
+    // V_min and V_max by the thrust map of the rudder, with standard deviations.
+    mapped({ altitude_ft, gamma_deg, limits }) {
+        this.view(this.casesAt, 4).set([altitude_ft, gamma_deg, ...limits.rudder]);
+        this.core.gtm_map_envelopes(this.map, 1, this.casesAt, this.foundAt);
+        const [v_min_kt, v_max_kt, v_min_std_kt, v_max_std_kt, spare, fold] = this.view(this.foundAt, 6);
+        return spare >= 0 ? { feasible: true, v_min_kt, v_max_kt, v_min_std_kt, v_max_std_kt, fold: fold > 0 } : { feasible: false };
+    }
+}
