@@ -9,13 +9,14 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from gtm_fmu.airframe import airdata, motion, steady_manoeuvre
+from gtm_fmu.airframe import airdata, linear_scales, motion, steady_manoeuvre
 from gtm_fmu.airframe.actuators import SERVOS
 from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import GRAVITY, Atmosphere, atmosphere
 from gtm_fmu.airframe.configuration import PARAMETERS
 from gtm_fmu.airframe.configured_tables import RATES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
+from gtm_fmu.airframe.engines import engine
 from gtm_fmu.airframe.folding import FoldedTables, folded_tables
 from gtm_fmu.airframe.mass import WING_AREA, mass_properties
 from gtm_fmu.airframe.names import (
@@ -23,6 +24,7 @@ from gtm_fmu.airframe.names import (
     COEFFICIENTS,
     CONTROLS,
     ELEVATOR,
+    LINEAR_STATES,
     LOOKUPS,
     OUTPUTS,
     PHI,
@@ -57,6 +59,8 @@ def airframe_functions() -> list[ca.Function]:
     F = steady_manoeuvre.trim_residual(t, gamma, air, C, STUDY_MASS)
 
     altitude = ca.SX.sym("altitude")
+    V, throttle = ca.SX.sym("V"), ca.SX.sym("throttle")
+    thrust = engine(throttle, airdata.from_angles(V, 0, 0, air)).thrust
     steady_state = ca.vertcat(steady.velocity, steady.rates, 0, 0, altitude, t[PHI], steady.theta, 0)
 
     def total_slope(result, arguments, wrt):
@@ -72,6 +76,7 @@ def airframe_functions() -> list[ca.Function]:
         function("cas_trim_residual", [t, condition, C], [F]),
         function("cas_trim_jacobian", [t, condition, C, T.T], [F, total_slope(F, K_trim, t)]),
         function("cas_trim_state", [t, gamma, altitude], [steady_state]),
+        function("cas_trim_thrust", [V, throttle, condition], [thrust]),
     ]
 
 
@@ -102,7 +107,15 @@ def write_headers(folder: Path) -> None:
     unknowns, whose names have no prefix.
     """
     arrays = {
-        **{"NX": STATES, "NU": CONTROLS, "NY": OUTPUTS, "NC": COEFFICIENTS, "NK": LOOKUPS, "NF": ACCELERATED},
+        **{
+            "NX": STATES,
+            "NL": LINEAR_STATES,
+            "NU": CONTROLS,
+            "NY": OUTPUTS,
+            "NC": COEFFICIENTS,
+            "NK": LOOKUPS,
+            "NF": ACCELERATED,
+        },
         **{"NT": TRIM_UNKNOWNS, "TWO_THROTTLE_NU": TWO_THROTTLE_CONTROLS, "TWO_THROTTLE_NT": TWO_THROTTLE_UNKNOWNS},
     }
     parts = {
@@ -112,11 +125,15 @@ def write_headers(folder: Path) -> None:
     counts = {name: len(values) for name, values in (arrays | parts).items()} | {"PARAMETERS": PARAMETERS}
     places = (*TRIM_UNKNOWNS, *TWO_THROTTLE_UNKNOWNS[len(TRIM_UNKNOWNS) :])
     constants = {"WING_AREA": WING_AREA, "WEIGHT": float(STUDY_MASS.mass * GRAVITY), "GRAVITY": GRAVITY}
+    constants["PBH_THRESHOLD"] = linear_scales.PBH_THRESHOLD
+    scales = {"STATE_SCALE": linear_scales.STATE_SCALE, "INPUT_SCALE": linear_scales.INPUT_SCALE}
     sizes = (f"GTM_{name} = {count}" for name, count in counts.items())
     columns = ([f"{prefix}_{name.upper()}" for name in names] for prefix, names in (("X", STATES), ("K", LOOKUPS)))
     _write_header(folder / "order.h", [_enum(sizes), *map(_enum, columns)])
     _write_header(folder / "unknowns.h", [_enum(name.upper() for name in places)])
-    _write_header(folder / "constants.h", [f"#define GTM_{name} {value!r}" for name, value in constants.items()])
+    defined = {name: repr(value) for name, value in constants.items()}
+    defined |= {name: f"{{{', '.join(map(repr, values))}}}" for name, values in scales.items()}
+    _write_header(folder / "constants.h", [f"#define GTM_{name} {value}" for name, value in defined.items()])
 
 
 def _enum(names: Iterable[str]) -> str:

@@ -86,9 +86,16 @@ gtm_flight gtm_flight_at(const gtm_configuration *c, enum gtm_throttles throttle
     return flight;
 }
 
-void gtm_allow_alpha(gtm_flight *flight, double upper_alpha)
+gtm_bounds gtm_bounds_of(gtm_flight *flight, const double *lower, const double *upper)
 {
-    flight->problem.highest_alpha = fmax(most[ALPHA], upper_alpha + room_above_alpha);
+    gtm_problem *p = &flight->problem;
+    gtm_bounds b;
+    p->highest_alpha = fmax(most[ALPHA], upper[ALPHA] + room_above_alpha);
+    for (int i = 0; i < p->unknowns; i++) {
+        b.lower[i] = p->is_dead[i] ? fmin(fmax(0, lower[i]), upper[i]) : lower[i];
+        b.upper[i] = p->is_dead[i] ? b.lower[i] : upper[i];
+    }
+    return b;
 }
 
 /* The flight condition of a problem: the struct that it begins. */

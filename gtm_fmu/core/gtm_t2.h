@@ -15,8 +15,12 @@ typedef struct {
 
 gtm_flight gtm_flight_at(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma);
 
-/* Let Newton's iterates pass this bound of alpha. */
-void gtm_allow_alpha(gtm_flight *flight, double upper_alpha);
+/* Bounds of the unknowns, which hold a dead control as near to zero as the given ones let it; alpha is allowed as far. */
+typedef struct {
+    double lower[GTM_MOST_UNKNOWNS], upper[GTM_MOST_UNKNOWNS];
+} gtm_bounds;
+
+gtm_bounds gtm_bounds_of(gtm_flight *flight, const double *lower, const double *upper);
 
 /* All ten unknowns of a configuration. */
 const double *gtm_with_both_throttles(enum gtm_throttles throttles, const double *y, double both[GTM_MOST_UNKNOWNS]);

@@ -12,23 +12,6 @@
 #include "solver/grid.h"
 #include "solver/trim.h"
 
-/* Bounds that hold a dead control as near to zero as they let it. */
-typedef struct {
-    double lower[GTM_MOST_UNKNOWNS], upper[GTM_MOST_UNKNOWNS];
-} bounds;
-
-static bounds set_bounds(gtm_flight *flight, const double *lower, const double *upper)
-{
-    const gtm_problem *p = &flight->problem;
-    bounds b;
-    gtm_allow_alpha(flight, upper[ALPHA]);
-    for (int i = 0; i < p->unknowns; i++) {
-        b.lower[i] = p->is_dead[i] ? fmin(fmax(0, lower[i]), upper[i]) : lower[i];
-        b.upper[i] = p->is_dead[i] ? b.lower[i] : upper[i];
-    }
-    return b;
-}
-
 void gtm_trims(const gtm_configuration *c, enum gtm_throttles throttles, long n, const double *altitude,
                const double *gamma, const double *lower, const double *upper, double *y, double *residual,
                double *violation, int *status)
@@ -36,7 +19,7 @@ void gtm_trims(const gtm_configuration *c, enum gtm_throttles throttles, long n,
     for (long k = 0; k < n; k++) {
         gtm_flight flight = gtm_flight_at(c, throttles, altitude[k], gamma[k]);
         const long row = k * flight.problem.unknowns;
-        const bounds b = set_bounds(&flight, lower + row, upper + row);
+        const gtm_bounds b = gtm_bounds_of(&flight, lower + row, upper + row);
         status[k] = gtm_find_trim(&flight.problem, b.lower, b.upper, y + row, residual + k, violation + k);
     }
 }
@@ -53,7 +36,7 @@ int gtm_extreme(const gtm_configuration *c, enum gtm_throttles throttles, double
                 double *best, double *violation)
 {
     gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
-    const bounds b = set_bounds(&flight, lower, upper);
+    const gtm_bounds b = gtm_bounds_of(&flight, lower, upper);
     return gtm_find_extreme(&flight.problem, b.lower, b.upper, objective, n, starts, best, violation);
 }
 
@@ -61,7 +44,7 @@ int gtm_envelope_end(const gtm_configuration *c, enum gtm_throttles throttles, d
                      const double *lower, const double *upper, const double *objective, double *best, double *violation)
 {
     gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
-    const bounds b = set_bounds(&flight, lower, upper);
+    const gtm_bounds b = gtm_bounds_of(&flight, lower, upper);
     return gtm_find_end(&flight.problem, b.lower, b.upper, objective, best, violation);
 }
 
@@ -76,7 +59,7 @@ long gtm_grid(const gtm_configuration *c, enum gtm_throttles throttles, double a
               const double *rate, long n, const double *seeds, unsigned char *feasible, double *y)
 {
     gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
-    const bounds b = set_bounds(&flight, lower, upper);
+    const gtm_bounds b = gtm_bounds_of(&flight, lower, upper);
     return gtm_find_grid(&flight.problem, b.lower, b.upper, speeds, speed, rates, rate, n, seeds, feasible, y);
 }
 

@@ -22,6 +22,7 @@ LAYERS = {
     "linear algebra and Newton": (
         "solver/linear_algebra.c",
         "solver/linear_program.c",
+        "solver/stability.c",
         "solver/problem.c",
         "solver/newton.c",
         "solver/cold_start.c",
@@ -38,7 +39,7 @@ LAYERS = {
         "solver/grid.c",
     ),
     "the GTM-T2 as the solver takes it": ("gtm_t2.c",),
-    "public functions": ("manoeuvres.c",),
+    "public functions": ("manoeuvres.c", "linear_model.c", "query.c"),
 }
 """From the bottom up: a file calls only functions of files before it, and so do the layers."""
 

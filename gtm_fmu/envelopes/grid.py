@@ -13,11 +13,10 @@ import xarray as xr
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import AILERON, ALPHA, BETA, ELEVATOR, PHI, RUDDER, THROTTLE, V
-from gtm_fmu.core import solver
+from gtm_fmu.core import query, solver
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.errors import InputError
-from gtm_fmu.trims import linearization
-from gtm_fmu.trims.breakpoints import breakpoints, on_each_side
+from gtm_fmu.trims import manoeuvre
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT, RAD_PER_DEG
 
 WIDEST_TURN_RATE_DEG_S = 40.0
@@ -50,15 +49,10 @@ def assess(altitude_ft: float, gamma_deg: float, y, limits: ControlLimits | Fail
 
     Of a trim on breakpoints of the tables those of all their sides together, as of a `linearization.LinearModel`.
     """
-    failure, at = Failure.of(limits), (altitude_ft, gamma_deg * RAD_PER_DEG)
-    y = np.asarray(y, dtype=float)
-    slopes, inputs = linearization.exact_slopes(failure)
-    found = breakpoints(slopes, at, y, failure.airframe, inputs, linearization.weights(inputs))
-    stable, controllable = np.ones(len(y), dtype=bool), np.ones(len(y), dtype=bool)
-    for rows, _, there in on_each_side(slopes(*solver.trim_states(*at, y, failure.airframe)), found):
-        verdict = linearization.verdict(there, inputs)
-        stable[rows] &= verdict.stable
-        controllable[rows] &= verdict.margin >= linearization.PBH_THRESHOLD
+    failure = Failure.of(limits)
+    lower, upper = manoeuvre.bounds(failure)
+    at = altitude_ft, gamma_deg * RAD_PER_DEG, lower, upper
+    stable, controllable = query.assess(*at, np.asarray(y, dtype=float), failure.airframe)
     return Assessment(stable, controllable)
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.airframe import linear_scales
 from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES
 from gtm_fmu.core import configuration as configured
 from gtm_fmu.core import motion
@@ -29,9 +30,8 @@ from gtm_fmu.trims.breakpoints import ABOVE, BELOW, DIFFERENCES, EXACT, Breakpoi
 from gtm_fmu.trims.manoeuvre import Trim
 from gtm_fmu.units import RAD_PER_DEG
 
-STATE_SCALE = np.array([10.0, 10.0, 10.0, 0.2, 0.2, 0.2, 0.2, 0.2])  # ft/s, rad/s, rad
-INPUT_SCALE = np.array([10.0, 10.0, 10.0, 30.0])  # deg, %
-PBH_THRESHOLD = 1e-3
+STATE_SCALE, INPUT_SCALE = np.array(linear_scales.STATE_SCALE), np.array(linear_scales.INPUT_SCALE)
+PBH_THRESHOLD = linear_scales.PBH_THRESHOLD
 LONGITUDINAL = ("u", "w", "q", "theta")
 
 Slopes = Callable[[np.ndarray, np.ndarray], np.ndarray]
