@@ -5,7 +5,7 @@ BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/e
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
 	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py)) surrogate/core/network.c
 
-.PHONY: study test benchmarks publish-benchmarks clean
+.PHONY: study test benchmarks publish-benchmarks wheels clean
 
 study: .venv/installed
 	$(BIN)/gtm-fmu study --output build/study
@@ -22,6 +22,10 @@ benchmarks: .venv/installed
 # What README quotes: the results of the last `make benchmarks` on an idle machine.
 publish-benchmarks:
 	cp build/benchmarks/*.json benchmarks/results/
+
+# The source archive and a wheel for each platform.
+wheels: .venv/installed
+	$(BIN)/python build_wheels.py dist
 
 .venv/installed: $(BUILT_FROM)
 	$(PYTHON) -m venv .venv

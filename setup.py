@@ -1,5 +1,6 @@
 """Build steps of the compiled parts: the core, whose C is generated from the airframe, and networks."""
 
+import os
 import sys
 from functools import cache
 from pathlib import Path
@@ -16,7 +17,10 @@ SOURCES = run_path(str(CORE / "sources.py"))["WHOLE"]
 C_FLAGS = ["-std=c99", "-O3", "-fno-math-errno", "-g0", "-fvisibility=hidden"]
 # Loops over the samples of a network become vector instructions.
 VECTOR_FLAGS = ["-ffp-contract=fast", "-fno-trapping-math"]
-LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+# Another platform than this one, as Zig calls it, and the tag of its wheel: `build_wheels.py` sets both.
+TARGET, WHEEL_PLATFORM = (os.environ.get(f"GTM_FMU_{name}", "") for name in ("ZIG_TARGET", "WHEEL_PLATFORM"))
+SYSTEM = next((each for each in ("windows", "macos", "linux") if each in TARGET), sys.platform)
+LIBRARY_SUFFIX = {"windows": ".dll", "win32": ".dll", "macos": ".dylib", "darwin": ".dylib"}.get(SYSTEM, ".so")
 
 
 @cache
@@ -43,6 +47,10 @@ class BuildCore(build_ext):
         super().run()
 
     def build_extensions(self):
+        if TARGET:
+            zig = [sys.executable, "-m", "ziglang", "cc", "-target", TARGET, "-s"]
+            pic = [] if SYSTEM == "windows" else ["-fPIC"]
+            self.compiler.set_executables(compiler_so=[*zig, *pic], linker_so=[*zig, "-shared"])
         # Python's own link flags may carry a library path of this machine; the library travels in FMUs.
         linker = getattr(self.compiler, "linker_so", None)
         if linker:
@@ -60,7 +68,7 @@ class PlatformWheel(bdist_wheel):
     """The library depends on the platform but not on the Python version."""
 
     def get_tag(self):
-        return "py3", "none", super().get_tag()[2]
+        return "py3", "none", WHEEL_PLATFORM or super().get_tag()[2]
 
 
 setup(

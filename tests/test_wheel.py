@@ -1,11 +1,16 @@
 """What an installed package has beside its modules: data, and all that FMUs are built from."""
 
+import os
+import platform
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
+
+import gtm_fmu
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("gtm_fmu", "surrogate", "sensitivity", "fmu_src", "study")
@@ -24,4 +29,29 @@ def test_every_file_of_the_packages_is_installed(tmp_path):
     subprocess.run(command, cwd=tree, check=True, capture_output=True)
     installed = {str(path.relative_to(built)) for path in built.rglob("*") if path.is_file()}
     assert {name for name in listed if name.startswith(PACKAGES)} <= installed
-    assert {f"gtm_fmu/core/generated/{name}.c" for name in ("airframe", "tables", "actuators")} <= installed
+    assert {f"gtm_fmu/core/generated/{name}.c" for name in ("airframe", "actuators")} <= installed
+
+
+def test_wheel_of_another_compiler_works_without_the_checkout(tmp_path):
+    """The wheel for old Linux systems, which Zig compiles from the source archive, in a folder of its own."""
+    pytest.importorskip("ziglang", reason="Zig is not installed")
+    tag = "manylinux_2_17_x86_64.manylinux2014_x86_64"
+    if platform.machine() != "x86_64" or sys.platform != "linux":
+        pytest.skip("the wheel is for Linux on x86_64")
+    dist, place = tmp_path / "dist", tmp_path / "place"
+    subprocess.run([sys.executable, ROOT / "build_wheels.py", dist, "--only", tag], check=True, capture_output=True)
+    (wheel,) = dist.glob("*.whl")
+    assert wheel.name.endswith(f"-py3-none-{tag}.whl")
+    assert wheel.stat().st_size < 3.7e6
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(place)
+    code = (
+        "import gtm_fmu, fmu_src.fmus; print(gtm_fmu.__file__); print(gtm_fmu.envelope(10000, 0).v_max_kt); "
+        "print(fmu_src.fmus.build_fmu('dynamics-native', __import__('pathlib').Path('.')))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(place)}
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    where, v_max_kt, fmu = done.stdout.splitlines()
+    assert Path(where).is_relative_to(place)
+    assert float(v_max_kt) == pytest.approx(gtm_fmu.envelope(10000, 0).v_max_kt, abs=1e-6)
+    assert (tmp_path / fmu).exists()

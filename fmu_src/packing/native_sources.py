@@ -3,6 +3,7 @@
 import posixpath
 import re
 from collections.abc import Sequence
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
@@ -55,10 +56,18 @@ def core_files(core: Sequence[str]) -> dict[str, bytes]:
         InputError: the core's generated C is missing.
     """
     headers = sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.h"))
+    generated = {f"generated/{name}": text.encode() for name, text in _tables().items()}
     try:
-        return {name: (CORE / name).read_bytes() for name in (*headers, *core)}
+        return {name: generated.get(name) or (CORE / name).read_bytes() for name in (*headers, *core)}
     except FileNotFoundError as error:
         raise InputError(f"There is no '{error.filename}': install the package first, with `pip install .`.") from error
+
+
+@cache
+def _tables() -> dict[str, str]:
+    from gtm_fmu.core.generate import table_sources
+
+    return table_sources()
 
 
 PREFIX = "prefix.h"

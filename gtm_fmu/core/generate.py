@@ -1,6 +1,6 @@
 """Generated C of the core: the airframe's CasADi functions and the aerodynamic tables.
 
-Runs when the package is built (`setup.py`); nothing is generated or compiled later.
+Runs when the package is built (`setup.py`); nothing is compiled later.
 """
 
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ from gtm_fmu.airframe.actuators import SERVOS
 from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import GRAVITY, Atmosphere, atmosphere
 from gtm_fmu.airframe.configuration import PARAMETERS
-from gtm_fmu.airframe.configured_tables import RATES
+from gtm_fmu.airframe.configured_tables import RATES, configured_tables
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.engines import engine
 from gtm_fmu.airframe.folding import FoldedTables, folded_tables
@@ -36,7 +36,7 @@ from gtm_fmu.airframe.names import (
 )
 from gtm_fmu.airframe.surfaces import AERODYNAMIC, COMMANDED, ELEVATOR_ARMS, FLAPS, PANELS, SPOILERS
 from gtm_fmu.core.c_source import axis_definition, function, slope_through_tables, table_definition, write_functions
-from gtm_fmu.core.generate_configured import generate_configured
+from gtm_fmu.core.generate_configured import configured_tables_source, generate_configured
 
 STUDY_MASS = mass_properties()  # full fuel, no damage (SPEC 9)
 
@@ -87,8 +87,8 @@ def atmosphere_function() -> ca.Function:
     return function("cas_atmosphere", [altitude], [at_altitude.density, at_altitude.pressure_ratio])
 
 
-def write_tables(folder: Path, tables: FoldedTables) -> None:
-    """Write tables.c: axes with their search cells, and values as the kernel `gtm/table.c` lays them out."""
+def tables_source(tables: FoldedTables) -> str:
+    """Content of tables.c: axes with their search cells, and values as the kernel `gtm/table.c` lays them out."""
     text = ['#include "gtm/table.h"\n']
     axes = {name: getattr(tables, f"{name}_deg") for name in ("elevator", "aileron", "rudder")}
     axes |= {name: getattr(tables, name) for name in ("alpha", "beta", "p_hat", "q_hat", "r_hat", "omega_hat")}
@@ -97,7 +97,15 @@ def write_tables(folder: Path, tables: FoldedTables) -> None:
     values["omega"] = np.swapaxes(tables.omega, 1, 2)  # omega_hat innermost, as a deflection in the other tables
     for name, table in values.items():
         text.append(table_definition(name, table))
-    (folder / "tables.c").write_text("".join(text))
+    return "".join(text)
+
+
+def table_sources() -> dict[str, str]:
+    """The two largest of the generated files by their names; a wheel leaves them out, for they are made in a moment."""
+    return {
+        "tables.c": tables_source(folded_tables()),
+        "configured_tables.c": configured_tables_source(configured_tables()),
+    }
 
 
 def write_headers(folder: Path) -> None:
@@ -152,5 +160,6 @@ def generate(folder: Path) -> None:
     write_headers(folder)
     write_functions(folder, "airframe", airframe_functions())
     write_functions(folder, "atmosphere", [atmosphere_function()])
-    write_tables(folder, folded_tables())
+    for name, text in table_sources().items():
+        (folder / name).write_text(text)
     generate_configured(folder)

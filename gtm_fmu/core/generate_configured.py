@@ -9,7 +9,7 @@ from gtm_fmu.airframe import actuators, airdata, engines, motion, steady_manoeuv
 from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import Atmosphere, atmosphere
 from gtm_fmu.airframe.configuration import PARAMETERS, RANGES, Parameters, unpacked
-from gtm_fmu.airframe.configured_tables import STALL_ALPHA, STALL_BETA, ConfiguredTables, configured_tables
+from gtm_fmu.airframe.configured_tables import STALL_ALPHA, STALL_BETA, ConfiguredTables
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.mass import components, mass_properties
 from gtm_fmu.airframe.names import (
@@ -150,8 +150,8 @@ def _range_definitions(tables: ConfiguredTables) -> list[str]:
     ]
 
 
-def write_configured_tables(folder: Path, tables: ConfiguredTables) -> None:
-    """Write configured_tables.c: surfaces, ranges, axes and values as the kernel `gtm/configured_table.c` has them."""
+def configured_tables_source(tables: ConfiguredTables) -> str:
+    """Content of configured_tables.c: surfaces, ranges, axes and values, as `gtm/configured_table.c` has them."""
     axes = {
         "stabilizer": tables.stabilizer_deg,
         "spoiler": tables.spoiler_deg,
@@ -174,11 +174,10 @@ def write_configured_tables(folder: Path, tables: ConfiguredTables) -> None:
     text = ['#include "gtm/configured_table.h"\n', *_surface_definitions(), *_range_definitions(tables)]
     text.extend(axis_definition(name, axis) for name, axis in axes.items())
     text.extend(table_definition(name, table) for name, table in values.items())
-    (folder / "configured_tables.c").write_text("".join(text))
+    return "".join(text)
 
 
 def generate_configured(folder: Path) -> None:
     """Write the generated C of every configuration into ``folder``."""
     write_functions(folder, "configured_airframe", [parameter_function(), *motion_functions(), *trim_functions()])
     write_functions(folder, "actuators", actuator_functions())
-    write_configured_tables(folder, configured_tables())
