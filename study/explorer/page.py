@@ -16,6 +16,7 @@ from gtm_fmu.aircraft.ranges import ALPHA_DEG, BETA_DEG, PHI_DEG, WIDEST
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.names import CONTROLS, TRIM_UNKNOWNS
 from gtm_fmu.core import solver
+from gtm_fmu.core.query import ANSWER
 from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT
 from gtm_fmu.envelopes.feasibility import FULL_THROTTLE_PCT
 from gtm_fmu.envelopes.thrust_map import ThrustMap
@@ -95,6 +96,7 @@ def facts() -> dict[str, Any]:
     return {
         "unknowns": TRIM_UNKNOWNS,
         "controls": CONTROLS,
+        "answer": {name: place[1] for name, place in (ANSWER.fields or {}).items()},
         "shown_margins": ("alpha", "phi", *CONTROLS),
         "units_per_core_unit": _UNIT,
         "rad_per_deg": RAD_PER_DEG,

@@ -11,7 +11,7 @@ class Core {
         const most = facts.unknowns.length + 1;
         for (const name of ["lower", "upper", "objective", "best"]) this[name] = this.numbers(most);
         this.violation = this.numbers(1);
-        [this.place, this.residual, this.status] = [this.numbers(2), this.numbers(1), this.numbers(1)];
+        [this.place, this.answer] = [this.numbers(2), this.core.malloc(this.core.gtm_answer_size())];
         this.starts = this.numbers(most);
         this.dead = this.numbers(most);
         this.casesAt = this.numbers(4);
@@ -152,7 +152,7 @@ class Core {
         return status === 0 ? Array.from(this.view(this.best, n)) : null;
     }
 
-    // The steady manoeuvre with the least sideslip at the chosen speed and turn rate: inside the limits, or the nearest.
+    // The chosen manoeuvre: feasible or not, its trim, how far every limit is, which one binds, stable, controllable.
     manoeuvre(condition) {
         const asked = this.ask(condition);
         const n = this.facts.unknowns.length;
@@ -162,17 +162,27 @@ class Core {
             this.view(this.lower, n)[i] = this.view(this.upper, n)[i] = value / this.perUnit[i];
         }
         this.view(this.place, 2).set([asked.altitude, asked.gamma]);
-        this.core.gtm_trims(
-            asked.c, 1, 1, this.place, this.place + 8, this.lower, this.upper, this.best, this.residual, this.violation, this.status,
-        );
-        const status = new Int32Array(this.core.memory.buffer, this.status, 1)[0];
-        if (status === 2) return { feasible: false };
-        const y = Array.from(this.view(this.best, n));
+        this.core.gtm_query(asked.c, 1, 1, this.place, this.place + 8, this.lower, this.upper, this.answer);
+        const at = this.facts.answer;
+        const integer = (name) => new Int32Array(this.core.memory.buffer, this.answer + at[name], 1)[0];
+        if (integer("status") === 2) return { feasible: false };
+        const y = Array.from(this.view(this.answer + at.y, n));
+        const margins = this.view(this.answer + at.margin, 2 * n);
         const limits = this.facts.shown_margins.map((name) => {
             const i = this.at[name];
-            return { name, value: this.value(y, name), low: asked.lower[i] * this.perUnit[i], high: asked.upper[i] * this.perUnit[i] };
+            const [low, high] = [asked.lower[i], asked.upper[i]].map((bound) => bound * this.perUnit[i]);
+            return { name, value: this.value(y, name), low, high, margins: [margins[2 * i], margins[2 * i + 1]].map((each) => each * this.perUnit[i]) };
         });
-        return { feasible: status === 0, trim: this.trim(y), limits };
+        const binding = integer("binding");
+        return {
+            feasible: integer("status") === 0,
+            stable: Boolean(integer("stable")),
+            controllable: Boolean(integer("controllable")),
+            binding: binding < 0 ? null : `${this.facts.unknowns[Math.min(binding, n - 1)]}.${["lower", "upper"][integer("side")]}`,
+            trim: this.trim(y),
+            limits,
+            thrust_margins_lbf: Array.from(this.view(this.answer + at.thrust_margin, 2)),
+        };
     }
 
     loadMap({ densities, paths, deflections, table, constants }) {

@@ -86,29 +86,31 @@ function showSpeeds({ exact, map, network, only_rudder }) {
 function showManoeuvre({ manoeuvre, condition }) {
     const { feasible, trim, limits } = manoeuvre;
     const asked = `${fixed(condition.tas_kt, 1)} kn, ${fixed(condition.turn_rate_deg_s, 1)} deg/s`;
-    const beyond = (limits ?? []).filter(isBeyond);
+    const beyond = (limits ?? []).filter(isBeyond).map(({ name }) => NAMES[name] ?? name);
     element("verdict").textContent = feasible
-        ? `${asked}: can be flown.`
+        ? `${asked}: can be flown. It is ${manoeuvre.stable ? "stable" : "unstable"} and ${manoeuvre.controllable ? "controllable" : "not controllable"}; ` +
+          `nearest is the ${limitWords(manoeuvre.binding)}.`
         : trim
-          ? `${asked}: cannot be flown; the nearest trim exceeds ${beyond.map(({ name }) => NAMES[name] ?? name).join(", ") || "a limit"}.`
-          : `${asked}: the aircraft has no such trim.`;
+          ? `${asked}: cannot be flown. The nearest steady motion exceeds the limits of ${beyond.join(", ")}.`
+          : `${asked}: the aircraft has no such steady motion.`;
     element("verdict").className = feasible ? "good" : "bad";
     element("margins").replaceChildren(...(limits ?? []).map(marginRow));
     element("aircraft").innerHTML = trim ? aircraftPicture(trim) : "";
 }
 
-const isBeyond = ({ value, low, high }) => value < low - 1e-6 || value > high + 1e-6;
+const isBeyond = ({ margins }) => Math.min(...margins) < -1e-6;
 
 // Where a value stands between its limits; a jam has no room to either side.
 function marginRow(limit) {
-    const { name, value, low, high } = limit;
-    const unit = name === "throttle" ? "%" : "°";
-    const room = Math.min(value - low, high - value);
+    const { name, value, low, high, margins } = limit;
+    const unit = name === "throttle" ? "%" : "\u00b0";
+    const isJam = low === high;
     const row = document.createElement("div");
     row.className = `margin${isBeyond(limit) ? " beyond" : ""}`;
-    const share = low === high ? 50 : Math.min(100, Math.max(0, (100 * (value - low)) / (high - low)));
-    row.innerHTML = `<span>${NAMES[name] ?? name}</span><span class="bar"><span class="at" style="left:${share}%"></span></span><span class="number">${fixed(value, 1)} ${unit}</span>`;
-    row.title = low === high ? `jammed at ${fixed(low, 1)} ${unit}` : `between ${fixed(low, 1)} and ${fixed(high, 1)} ${unit}: ${fixed(room, 1)} ${unit} left`;
+    const share = isJam ? 50 : Math.min(100, Math.max(0, (100 * (value - low)) / (high - low)));
+    const room = isJam && !isBeyond(limit) ? "held" : `${fixed(Math.min(...margins), 1)} left`;
+    row.innerHTML = `<span>${NAMES[name] ?? name}</span><span class="bar"><span class="at" style="left:${share}%"></span></span><span class="number">${fixed(value, 1)} ${unit}; ${room}</span>`;
+    row.title = isJam ? `jammed at ${fixed(low, 1)} ${unit}` : `between ${fixed(low, 1)} and ${fixed(high, 1)} ${unit}`;
     return row;
 }
 
