@@ -1,6 +1,6 @@
 """Mixtures: some cases of one law, others of another, point masses included."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -127,7 +127,9 @@ class Mixture:
         """Whether each row of x (n, M) lies in the support of a part, shape (n,)."""
         return np.logical_or.reduce([part.contains(x) for part in self.parts])
 
-    def _each_by_its_part(self, weights: Array, column: int, u: Array, draw) -> Array:
+    def _each_by_its_part(
+        self, weights: Array, column: int, u: Array, draw: Callable[[BlockWithDensity, NDArray[np.intp], Array], Array]
+    ) -> Array:
         """Rows drawn by the part that a column of u chooses by `weights` (n, parts).
 
         A number's place inside its part's stretch of [0, 1) is uniform too, so that place is what the part is drawn by.

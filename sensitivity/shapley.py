@@ -8,16 +8,17 @@ The effects are never negative and sum to one, whatever the dependence. All subs
 random orders beyond; the interval then holds the chance of the orders too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .design import Design, EvaluatedDesign, Factor, Sampling, redrawn_design
-from .distributions import Distribution
+from .distributions import Array, Distribution
 from .redraw_ratios import Combination, Estimate, RedrawRatios
 from .result import Result
 
@@ -40,7 +41,9 @@ class ShapleyDesign:
         """Where the model is to be evaluated (n_evaluations, M)."""
         return self.design.points
 
-    def evaluate(self, model, output_names: Sequence[str] | None = None, **options: Any) -> "ShapleyEffects":
+    def evaluate(
+        self, model: Callable[[Array], ArrayLike], output_names: Sequence[str] | None = None, **options: Any
+    ) -> "ShapleyEffects":
         """Evaluate a model that maps points to outputs (n,) or (n, outputs); options as `shapley_effects`."""
         return shapley_effects(self, self.design.evaluate(model, output_names), **options)
 

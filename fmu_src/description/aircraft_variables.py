@@ -5,6 +5,7 @@ Order follows `gtm_fmu.airframe.names`; start values are the trimmed level fligh
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 from fmu_src.description.dynamics_variables import dynamics_description
 from fmu_src.description.model_description import DISPLAY_UNITS, ModelDescription, Variable, si
@@ -67,7 +68,7 @@ _SWITCHES = {
 }
 
 
-def _real(name: str, display: str, causality: str, description: str, **others) -> Variable:
+def _real(name: str, display: str, causality: str, description: str, **others: Any) -> Variable:
     unit, scale = DISPLAY_UNITS.get(display, (display, 1.0))
     shown = display if display in DISPLAY_UNITS else None
     return Variable(

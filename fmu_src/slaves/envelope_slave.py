@@ -2,7 +2,7 @@
 
 from math import isfinite
 from operator import mul, truediv
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .slave import ROUNDING, TableSlave, shortest
 
@@ -28,7 +28,7 @@ def is_inside(values: list[float], ranges: list[tuple[float, float]]) -> bool:
 class EnvelopeSlave(TableSlave):
     """V_min, V_max and margins of a failed rudder; `find` is asked only when the case has changed."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         """Find the places of the variables."""
         super().__init__(**kwargs)
         self.case, self.results = self.group("case"), self.group("envelope")

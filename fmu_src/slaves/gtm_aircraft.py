@@ -2,6 +2,7 @@
 
 import ctypes
 from math import isfinite
+from typing import Any
 
 from .core_library import Buffer, load_core
 from .gtm_dynamics import FAULTS
@@ -21,7 +22,7 @@ ALL_FAULTS = {**FAULTS, **SIMULATION_FAULTS}
 class GtmAircraft(TableSlave):
     """The GTM-T2 as it flies, from pilot commands to motion."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         """Load the core and make its buffers, which are in its units."""
         super().__init__(**kwargs)
         self.core = load_core(self.resources, "GtmAircraft")
@@ -66,7 +67,7 @@ class GtmAircraft(TableSlave):
             return fault
         return None
 
-    def _get_fmu_state(self):
+    def _get_fmu_state(self) -> dict:
         return {**super()._get_fmu_state(), "memory": bytes(self.memory).hex()}
 
     def restore(self, state: dict) -> None:

@@ -2,6 +2,7 @@
 
 import ctypes
 from math import isfinite
+from typing import Any
 
 from pythonfmu.enums import Fmi2Status
 
@@ -22,7 +23,7 @@ FAULTS = {
 class GtmDynamics(TableSlave):
     """Flight dynamics of the GTM-T2: states by fixed-step Runge-Kutta, commands held inside their limits."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         """Load the core and make its buffers, which are in its units."""
         super().__init__(**kwargs)
         self.core = load_core(self.resources, "GtmDynamics")
@@ -89,7 +90,7 @@ class GtmDynamics(TableSlave):
         self.values[self.x.places] = self.x.read()
         return None
 
-    def _get_fmu_state(self):
+    def _get_fmu_state(self) -> dict:
         return {**super()._get_fmu_state(), "held": sorted(self.held)}
 
     def restore(self, state: dict) -> None:

@@ -1,6 +1,7 @@
 """The GtmEnvelope slave: the core's exact V_min and V_max behind co-simulation. It runs in the Python of the host."""
 
 import ctypes
+from typing import Any
 
 from .core_library import load_core
 from .envelope_slave import EnvelopeSlave, Found
@@ -12,7 +13,7 @@ ONE_THROTTLE, TRIMMED = 1, 0
 class GtmEnvelope(EnvelopeSlave):
     """The slowest and the fastest trim that a failed rudder leaves."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         """Load the core and make its buffers."""
         super().__init__(**kwargs)
         trim, real = ctypes.c_double * len(TRIM_UNKNOWNS), ctypes.c_double

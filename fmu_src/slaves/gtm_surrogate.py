@@ -1,5 +1,7 @@
 """The GtmSurrogate slave: the trained networks behind co-simulation. It runs in the Python of the host."""
 
+from typing import Any
+
 from .closed_form import ClosedForm
 from .envelope_slave import EnvelopeSlave, Found, is_inside
 from .slave import read_resource
@@ -13,7 +15,7 @@ def load_model(resources: str, name: str) -> ClosedForm:
 class GtmSurrogate(EnvelopeSlave):
     """V_min and V_max of a failed rudder; an envelope exists where the least throttle of a trim is at most full."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         """Load the models."""
         super().__init__(**kwargs)
         self.speeds, self.throttle = (load_model(self.resources, name) for name in ("speeds", "throttle"))

@@ -2,6 +2,7 @@
 
 import ctypes
 from pathlib import Path
+from typing import Any
 
 from .core_library import load_core
 from .envelope_slave import EnvelopeSlave, Found, is_inside
@@ -14,7 +15,7 @@ RUDDER = slice(2, 4)  # of a case
 class GtmSurrogate(EnvelopeSlave):
     """V_min and V_max of a failed rudder by a map of exact solutions; an envelope exists where thrust is to spare."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         """Load the core and the map."""
         super().__init__(**kwargs)
         real = ctypes.c_double

@@ -12,6 +12,7 @@ import platform
 import sys
 from math import inf, isfinite
 from pathlib import Path
+from typing import Any
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
@@ -49,7 +50,7 @@ def read_resource(resources: str, name: str) -> dict:
 class TableSlave(Fmi2Slave):
     """A slave whose `compute` and `advance` return what is wrong, in one sentence, or None."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
         """Read the variable table."""
         super().__init__(**kwargs)
         self.table = read_resource(self.resources, TABLE_FILE)
@@ -79,16 +80,16 @@ class TableSlave(Fmi2Slave):
         """Why the values given by the importer cannot be used."""
         return next(iter(self.refused.values()), None)
 
-    def enter_initialization_mode(self):
+    def enter_initialization_mode(self) -> None:
         """Take pythonfmu's entries of the resources out of the host's module search path: all code is loaded."""
         sys.path[:] = [path for path in sys.path if path != self.resources]
 
-    def set_real(self, vrs, values):
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Take finite values, and parameters inside their bounds; any other is refused and the old one kept."""
         if self._are_known(vrs, "real"):
             self._set(vrs, values)
 
-    def _set(self, places, values) -> None:
+    def _set(self, places: list[int], values: list[float]) -> None:
         if not self.computed.isdisjoint(places):
             name = self.names[next(place for place in places if place in self.computed)]
             self.log(f"{name} is computed by the FMU and cannot be set.", Fmi2Status.error)
@@ -134,44 +135,44 @@ class TableSlave(Fmi2Slave):
         if self.fault:
             self.log(f"{self.fault} The outputs are those of the last good values.", Fmi2Status.discard)
 
-    def _get(self, places) -> list[float]:
+    def _get(self, places: list[int]) -> list[float]:
         if not self.computed.isdisjoint(places):
             self._update()
         values = self.values
         return [values[place] for place in places]
 
-    def get_real(self, vrs):
+    def get_real(self, vrs: list[int]) -> list[float]:
         """Values in SI; the outputs are computed when they are asked for."""
         return self._get(vrs) if self._are_known(vrs, "real") else [0.0] * len(vrs)
 
-    def get_boolean(self, vrs):
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
         """Values as truth."""
         return [value != 0 for value in self._get(vrs)] if self._are_known(vrs, "Boolean") else [False] * len(vrs)
 
-    def set_boolean(self, vrs, values):
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         """Take truth as 0 or 1."""
         if self._are_known(vrs, "Boolean"):
             self._set(vrs, [float(value) for value in values])
 
-    def get_integer(self, vrs):
+    def get_integer(self, vrs: list[int]) -> list[int]:
         """Refused: there are none."""
         self._has_none("Integer", vrs)
         return [0] * len(vrs)
 
-    def set_integer(self, vrs, values):
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
         """Refused: there are none."""
         self._has_none("Integer", vrs)
 
-    def get_string(self, vrs):
+    def get_string(self, vrs: list[int]) -> list[str]:
         """Refused: there are none."""
         self._has_none("String", vrs)
         return [""] * len(vrs)
 
-    def set_string(self, vrs, values):
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
         """Refused: there are none."""
         self._has_none("String", vrs)
 
-    def do_step(self, current_time, step_size):
+    def do_step(self, current_time: float, step_size: float) -> bool:
         """One communication step; refused (Discard) with one sentence in the log, the values being as before."""
         fault = self.refusal()
         if fault is None and not 0 <= step_size < inf:
@@ -184,10 +185,10 @@ class TableSlave(Fmi2Slave):
             self.log(f"{fault} {stays}: {REMEDIES}", Fmi2Status.discard)
         return fault is None
 
-    def _get_fmu_state(self):
+    def _get_fmu_state(self) -> dict:
         return {"values": list(self.values), "refused": dict(self.refused)}
 
-    def _set_fmu_state(self, state):
+    def _set_fmu_state(self, state: dict) -> None:
         if state:
             self.restore(state)
         else:
@@ -199,12 +200,12 @@ class TableSlave(Fmi2Slave):
         self.is_stale = True
 
     @staticmethod
-    def _fmu_state_to_bytes(state):
+    def _fmu_state_to_bytes(state: dict) -> bytes:
         content = json.dumps(state).encode()
         return _seal(content) + content
 
     @staticmethod
-    def _fmu_state_from_bytes(state):
+    def _fmu_state_from_bytes(state: bytes) -> dict:
         """The state, or an empty one when the bytes are not those of a state of this FMU."""
         length = len(_seal(b""))
         content = state[length:]

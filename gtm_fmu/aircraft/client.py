@@ -6,7 +6,7 @@ All values are in the FMU's own units, which are SI. Calls go through buffers th
 import atexit
 import ctypes
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -22,6 +22,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
     fmi2Discard,
 )
+from numpy.typing import ArrayLike
 
 from gtm_fmu.aircraft.fmu_file import check_for_pythonfmu, read_description
 from gtm_fmu.errors import InputError
@@ -112,7 +113,7 @@ class FmuClient:
     def __enter__(self) -> "FmuClient":
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -133,7 +134,7 @@ class FmuClient:
         self._call("reset", "fmi2Reset")
         self._initialize()
 
-    def set(self, names: Sequence[str], values) -> None:
+    def set(self, names: Sequence[str], values: ArrayLike) -> None:
         """Set real variables.
 
         Raises:
@@ -185,7 +186,7 @@ class FmuClient:
             raise InputError(f"The FMU has no real variable '{name}': it has {_listed(self._references)}.")
         return self._references[name]
 
-    def evaluate(self, x, u) -> np.ndarray:
+    def evaluate(self, x: ArrayLike, u: ArrayLike) -> np.ndarray:
         """State derivatives (n,) at states x (n,) and controls u (m,), without a step.
 
         Raises:
@@ -200,7 +201,9 @@ class FmuClient:
         self._read(self._rates)
         return self._rates.values.copy()
 
-    def _jacobian(self, x, u, columns: Sequence[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def _jacobian(
+        self, x: ArrayLike, u: ArrayLike, columns: Sequence[int] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """State derivatives (n,) and their slopes (n, k) in ``columns`` of states and controls, default all n + m.
 
         Raises:
@@ -339,7 +342,7 @@ class FmuClient:
     def _read(self, buffer: _Buffer) -> None:
         self._call("get", "fmi2GetReal", buffer.references, buffer.count, buffer.memory)
 
-    def _call(self, action: str, function: str, *arguments) -> None:
+    def _call(self, action: str, function: str, *arguments: object) -> None:
         """Call a function of the FMU; raise what it logged when it refuses."""
         if not self._is_open:
             raise FmuError("The FMU is closed: open it again.")
@@ -349,11 +352,11 @@ class FmuClient:
             refusals = [message.text for message in self.messages[known:] if message.status >= fmi2Discard]
             raise FmuError(refusals[-1] if refusals else f"The FMU refused to {action} (FMI status {status}).")
 
-    def _log(self, _component, _instance, status, category, message) -> None:
+    def _log(self, _component: object, _instance: object, status: int, category: bytes, message: bytes) -> None:
         self.messages.append(LogMessage(status, (category or b"").decode(), (message or b"").decode()))
 
 
-def _listed(names) -> str:
+def _listed(names: Iterable[str]) -> str:
     """The first few names."""
     names = list(names)
     return ", ".join(names[:6]) + (", ..." if len(names) > 6 else "") if names else "none"

@@ -1,10 +1,11 @@
 """An airframe, or any system, seen through an FMU: derivatives and their slopes in units of one's own."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.aircraft.ranges import CONTROL_SI, STATE_SI, WIDEST
 from gtm_fmu.airframe.names import LINEAR_STATES, STATES
@@ -25,14 +26,22 @@ class DerivativeEvaluator(Protocol):
     method ``si_factors`` says what its units are in SI. Otherwise slopes are differences, and units SI.
     """
 
-    def evaluate(self, x, u) -> np.ndarray:
+    def evaluate(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """State derivatives (n) at states x (n) and controls u (m)."""
 
 
 class FmuSystem:
     """State derivatives of an evaluator, and their slopes, in units of one's own."""
 
-    def __init__(self, evaluator: DerivativeEvaluator, x_scale, u_scale, dx_scale=None, rows=None, u_range=None):
+    def __init__(
+        self,
+        evaluator: DerivativeEvaluator,
+        x_scale: ArrayLike,
+        u_scale: ArrayLike,
+        dx_scale: ArrayLike | None = None,
+        rows: np.ndarray | None = None,
+        u_range: np.ndarray | None = None,
+    ) -> None:
         """Say what the own units are in those of the evaluator.
 
         Args:
@@ -48,7 +57,7 @@ class FmuSystem:
         self._columns = np.append(self._rows, len(self._x_scale) + np.arange(len(self._u_scale)))
         self._column_scale = np.append(self._x_scale, self._u_scale)[self._columns]
 
-    def derivatives(self, x, u) -> np.ndarray:
+    def derivatives(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """State derivatives (n) at x (n) and u (m)."""
         return self._evaluator.evaluate(x * self._x_scale, u * self._u_scale) / self._dx_scale
 
@@ -57,7 +66,7 @@ class FmuSystem:
         """Whether the evaluator has exact ones."""
         return getattr(self._evaluator, "jacobian", None) is not None
 
-    def slopes(self, x, u) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """State derivatives (n) and their slopes (n, k + m): exact if the evaluator has them, else `differences`."""
         if not self.has_slopes:
             return self.differences(x, u)
@@ -65,7 +74,7 @@ class FmuSystem:
         dx, jacobian = exact(x * self._x_scale, u * self._u_scale, self._columns)
         return dx / self._dx_scale, jacobian * self._column_scale / self._dx_scale[:, None]
 
-    def differences(self, x, u, epsilon: float = EPSILON) -> tuple[np.ndarray, np.ndarray]:
+    def differences(self, x: np.ndarray, u: np.ndarray, epsilon: float = EPSILON) -> tuple[np.ndarray, np.ndarray]:
         """State derivatives (n) and their first-order differences (n, k + m).
 
         A control whose step would leave its full range, where the FMU holds it, is stepped the other way. With a
@@ -115,28 +124,28 @@ class FmuFunction(ca.Callback):
         self._sizes, self._value, self._slopes = sizes, value, slopes
         self.construct(name, {})
 
-    def get_sparsity_in(self, _):
+    def get_sparsity_in(self, _: object) -> ca.Sparsity:
         """One column."""
         return ca.Sparsity.dense(self._sizes[0], 1)
 
-    def get_sparsity_out(self, _):
+    def get_sparsity_out(self, _: object) -> ca.Sparsity:
         """One column."""
         return ca.Sparsity.dense(self._sizes[1], 1)
 
-    def has_eval_buffer(self):
+    def has_eval_buffer(self) -> bool:
         """Always."""
         return True
 
-    def eval_buffer(self, arguments, results):
+    def eval_buffer(self, arguments: Sequence[memoryview], results: Sequence[memoryview]) -> int:
         """One evaluation."""
         np.frombuffer(results[0])[:] = self._value(np.frombuffer(arguments[0]))
         return 0
 
-    def has_jacobian(self):
+    def has_jacobian(self) -> bool:
         """By the slopes."""
         return True
 
-    def get_jacobian(self, name, *_):
+    def get_jacobian(self, name: str, *_: object) -> ca.Function:
         """The Jacobian's function; kept here, since CasADi does not own it."""
         self._jacobian = _Jacobian(name, self._sizes, self._slopes)
         return self._jacobian
@@ -150,18 +159,18 @@ class _Jacobian(ca.Callback):
         self._sizes, self._slopes = sizes, slopes
         self.construct(name, {})
 
-    def get_n_in(self):
+    def get_n_in(self) -> int:
         return 2
 
-    def get_sparsity_in(self, i):
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
         return (ca.Sparsity.dense(self._sizes[0], 1), ca.Sparsity(self._sizes[1], 1))[i]
 
-    def get_sparsity_out(self, _):
+    def get_sparsity_out(self, _: object) -> ca.Sparsity:
         return ca.Sparsity.dense(self._sizes[1], self._sizes[0])
 
-    def has_eval_buffer(self):
+    def has_eval_buffer(self) -> bool:
         return True
 
-    def eval_buffer(self, arguments, results):
+    def eval_buffer(self, arguments: Sequence[memoryview], results: Sequence[memoryview]) -> int:
         np.frombuffer(results[0])[:] = self._slopes(np.frombuffer(arguments[0])).ravel(order="F")
         return 0

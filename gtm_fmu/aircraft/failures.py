@@ -42,7 +42,7 @@ class Failure:
     throttle_right_pct: Range | None = None
     rate_limits: RateLimits = field(default_factory=RateLimits)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Check the parts."""
         for name, kind in (("limits", ControlLimits), ("configuration", Configuration), ("rate_limits", RateLimits)):
             if not isinstance(getattr(self, name), kind):

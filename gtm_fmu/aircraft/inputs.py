@@ -4,7 +4,7 @@ An input is a quantity (one number), the limits of a control (two) or a choice (
 an entry here and its part of `failure`.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any, NamedTuple
@@ -147,7 +147,7 @@ def failure(values: Mapping[str, float]) -> Failure:
         InputError: a value outside what is allowed.
     """
 
-    def limits(controls) -> dict[str, Range]:
+    def limits(controls: Sequence[str]) -> dict[str, Range]:
         pairs = {LIMITED[control][0].label: [column.name for column in limit_columns(control)] for control in controls}
         return {label: (values[low], values[high]) for label, (low, high) in pairs.items() if low in values}
 

@@ -1,6 +1,7 @@
 """Limits of the controls and of their rates, as plain data."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -24,7 +25,7 @@ class ControlLimits:
     rudder_deg: Range = WIDEST["rudder_deg"]
     throttle_pct: Range = WIDEST["throttle_pct"]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Check each pair and store it as floats."""
         for f in fields(self):
             object.__setattr__(self, f.name, checked_limits(f.name, getattr(self, f.name), WIDEST[f.name]))
@@ -45,7 +46,7 @@ class ControlLimits:
         return tuple(bool(jam) for jam in self.lower == self.upper)
 
 
-def checked_limits(field_name: str, limits, widest: Range) -> Range:
+def checked_limits(field_name: str, limits: Iterable[float], widest: Range) -> Range:
     """Lower and upper limit as floats, for a field named ``<control>_<unit>``."""
     control, unit = field_name.rsplit("_", 1)
     name = f"{control.replace('_', ' ')} in {unit.replace('pct', '%')}"
@@ -81,7 +82,7 @@ class RateLimits:
     aileron_deg_s: float = FASTEST_DEG_S
     rudder_deg_s: float = FASTEST_DEG_S
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Check each rate and store it as a float."""
         for f in fields(self):
             given = getattr(self, f.name)

@@ -1,8 +1,10 @@
 """What may be asked of the aircraft: ranges of controls, flight conditions and manoeuvres, and their checks."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.airframe.actuators import RATE_LIMIT_DEG_S
 from gtm_fmu.airframe.atmosphere import TROPOPAUSE_FT
@@ -58,7 +60,7 @@ def check_range(name: str, value: float, allowed: Range, advice: str = "give a v
     return number
 
 
-def check_values(name: str, values, allowed: Range) -> np.ndarray:
+def check_values(name: str, values: ArrayLike, allowed: Range) -> np.ndarray:
     """The values as a float array of the same shape.
 
     Raises:
@@ -77,7 +79,7 @@ def check_values(name: str, values, allowed: Range) -> np.ndarray:
     return numbers
 
 
-def check_pair(name: str, pair, widest: Range) -> Range:
+def check_pair(name: str, pair: Iterable[float], widest: Range) -> Range:
     """Lower and upper bound as floats.
 
     Raises:

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from gtm_fmu.airframe.names import SERVO_GROUPS
+from gtm_fmu.airframe.quantity import Quantity
 from gtm_fmu.airframe.surfaces import ALLOCATION, COMMANDED
 
 BANDWIDTH_RAD_S = 2 * np.pi * 5.0
@@ -38,7 +39,7 @@ LAG = (1.336, 0.7314)  # of dz1/dt
 LAG_OUTPUT = (-0.1474, 0.7314)  # of z1 and z2
 
 
-def servo(position, command, elapsed, rate_limit, ends: Servo):
+def servo(position: Quantity, command: Quantity, elapsed: Quantity, rate_limit: Quantity, ends: Servo) -> ca.SX:
     """Position after ``elapsed`` under a constant command: at the limit of its rate, then exponentially."""
     error = ca.fabs(command - position)
     too_much = ca.fmax(0, error - rate_limit / BANDWIDTH_RAD_S)
@@ -47,18 +48,18 @@ def servo(position, command, elapsed, rate_limit, ends: Servo):
     return ca.fmin(ca.fmax(command - ca.sign(command - position) * remaining, ends.lowest), ends.highest)
 
 
-def dead_band(position, half_width):
+def dead_band(position: Quantity, half_width: Quantity) -> ca.SX:
     """Zero inside the band; outside it half its width is lost."""
     return ca.fmax(position - half_width, 0) + ca.fmin(position + half_width, 0)
 
 
-def servos(positions, commands, elapsed, rate_limits):
+def servos(positions: ca.SX, commands: ca.SX, elapsed: Quantity, rate_limits: ca.SX) -> ca.SX:
     """Positions (6) of the `SERVOS` after ``elapsed``."""
     each = zip(*map(ca.vertsplit, (positions, commands, rate_limits)), SERVOS.values(), strict=True)
     return ca.vertcat(*(servo(position, command, elapsed, rate, ends) for position, command, rate, ends in each))
 
 
-def surface_positions(positions, has_dead_band):
+def surface_positions(positions: ca.SX, has_dead_band: Quantity) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Commanded surfaces (8), spoilers (4) and flaps (4) of the bus at positions (6) of the `SERVOS`."""
     groups = dict(zip(SERVOS, ca.vertsplit(positions), strict=True))
     commanded = []
@@ -70,12 +71,12 @@ def surface_positions(positions, has_dead_band):
     return ca.vertcat(*commanded), ca.vertcat(*spoilers), ca.vertcat(*[flap] * 4)
 
 
-def settled_lag(throttle):
+def settled_lag(throttle: Quantity) -> ca.SX:
     """State (2) of the lag in which a throttle command has settled."""
     return ca.vertcat(0, throttle / LAG[1])
 
 
-def throttle_lag(z, throttle, elapsed):
+def throttle_lag(z: ca.SX, throttle: Quantity, elapsed: Quantity) -> tuple[ca.SX, ca.SX]:
     """State (2) of the lag and its output in %, not limited again, after ``elapsed`` under a constant command.
 
     About its equilibrium z2 is a damped oscillation, and z1 is its slope.

@@ -10,6 +10,7 @@ import casadi as ca
 
 from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.mass import MEAN_CHORD, MOMENT_REFERENCE, SPAN, WING_AREA, MassProperties
+from gtm_fmu.airframe.quantity import Quantity
 from gtm_fmu.units import DEG_PER_RAD
 
 RATE_FT_S_PER_KT = 1.689  # of the rate normalisation only; not the inverse of KT_PER_FT_S (SPEC 1)
@@ -25,7 +26,7 @@ class SplitRates(NamedTuple):
     r: ca.SX
 
 
-def kalviste_split(rates, flow: AirData, damaged=None) -> SplitRates:
+def kalviste_split(rates: ca.SX, flow: AirData, damaged: Quantity | None = None) -> SplitRates:
     """Split body rates (3, rad/s) by the hybrid Kalviste method: case 2 before case 1 before case 3 (SPEC 5.5).
 
     Where ``damaged`` is true they stay whole, as in case 3 (SPEC 10.5).
@@ -34,7 +35,7 @@ def kalviste_split(rates, flow: AirData, damaged=None) -> SplitRates:
     along_x = flow.cos_alpha * flow.cos_beta
     along_z = flow.sin_alpha * flow.cos_beta
 
-    def shrinks(rest, rate):
+    def shrinks(rest: ca.SX, rate: ca.SX) -> ca.SX:
         return ca.logic_and(ca.fabs(rest) <= ca.fabs(rate), rest * rate >= 0)
 
     # Divisors are guarded because the derivative of a branch not taken must be finite too.
@@ -50,14 +51,14 @@ def kalviste_split(rates, flow: AirData, damaged=None) -> SplitRates:
     if damaged is not None:
         case_1, case_2 = (ca.logic_and(ca.logic_not(damaged), case) for case in (case_1, case_2))
 
-    def choose(second, first, otherwise):
+    def choose(second: Quantity, first: Quantity, otherwise: Quantity) -> ca.SX:
         return ca.if_else(case_2, second, ca.if_else(case_1, first, otherwise))
 
     omega = choose(omega_2, omega_1, 0)
     return SplitRates(omega, p=choose(p_2, 0, p), q=q - omega * flow.sin_beta, r=choose(0, r_1, r))
 
 
-def lookup_arguments(flow: AirData, rates, surfaces, damaged=None):
+def lookup_arguments(flow: AirData, rates: ca.SX, surfaces: ca.SX, damaged: Quantity | None = None) -> ca.SX:
     """Arguments K (9) of the tables: alpha and beta in deg, normalised rates, deflections (3) in deg (SPEC 5.5)."""
     split = kalviste_split(rates, flow, damaged)
     tas = ca.fmin(ca.fmax(flow.tas_kt, 1), 10000)
@@ -74,7 +75,7 @@ def lookup_arguments(flow: AirData, rates, surfaces, damaged=None):
     )
 
 
-def aerodynamic_loads(C, flow: AirData, mass: MassProperties):
+def aerodynamic_loads(C: ca.SX, flow: AirData, mass: MassProperties) -> tuple[ca.SX, ca.SX]:
     """Force (3, lbf) and moment about the centre of gravity (3, ft lbf) of total coefficients C (SPEC 5)."""
     pressure_area = flow.dynamic_pressure * WING_AREA
     force = pressure_area * C[:3]

@@ -5,15 +5,16 @@ from typing import NamedTuple
 import casadi as ca
 
 from gtm_fmu.airframe.atmosphere import Atmosphere
+from gtm_fmu.airframe.quantity import Quantity
 from gtm_fmu.units import KT_PER_FT_S
 
 
 class AirData(NamedTuple):
     """True airspeed V in ft/s, alpha and beta in rad with their sines and cosines, and the air itself."""
 
-    V: ca.SX
-    alpha: ca.SX
-    beta: ca.SX
+    V: Quantity
+    alpha: Quantity
+    beta: Quantity
     sin_alpha: ca.SX
     cos_alpha: ca.SX
     sin_beta: ca.SX
@@ -21,27 +22,27 @@ class AirData(NamedTuple):
     air: Atmosphere
 
     @property
-    def tas_kt(self):
+    def tas_kt(self) -> Quantity:
         """True airspeed in knots."""
         return KT_PER_FT_S * self.V
 
     @property
-    def eas_kt(self):
+    def eas_kt(self) -> ca.SX:
         """Equivalent airspeed in knots."""
         return self.tas_kt * self.air.sqrt_density_ratio
 
     @property
-    def mach(self):
+    def mach(self) -> ca.SX:
         """Mach number (an output only: the model has no Mach effects)."""
         return self.V / self.air.sound_speed
 
     @property
-    def dynamic_pressure(self):
+    def dynamic_pressure(self) -> ca.SX:
         """Dynamic pressure in lbf/ft^2."""
         return 0.5 * self.air.density * self.V**2
 
 
-def from_velocity(velocity, air: Atmosphere) -> AirData:
+def from_velocity(velocity: ca.SX, air: Atmosphere) -> AirData:
     """Air data of a body-axis velocity (3) in ft/s relative to the air."""
     u, v, w = ca.vertsplit(velocity)
     in_plane = ca.sqrt(u**2 + w**2)
@@ -58,11 +59,11 @@ def from_velocity(velocity, air: Atmosphere) -> AirData:
     )
 
 
-def from_angles(V, alpha, beta, air: Atmosphere) -> AirData:
+def from_angles(V: Quantity, alpha: Quantity, beta: Quantity, air: Atmosphere) -> AirData:
     """Air data of a speed in ft/s and the two flow angles in rad."""
     return AirData(V, alpha, beta, ca.sin(alpha), ca.cos(alpha), ca.sin(beta), ca.cos(beta), air)
 
 
-def velocity(flow: AirData):
+def velocity(flow: AirData) -> ca.SX:
     """Body-axis velocity (3) in ft/s relative to the air: the inverse of `from_velocity`."""
     return flow.V * ca.vertcat(flow.cos_alpha * flow.cos_beta, flow.sin_beta, flow.sin_alpha * flow.cos_beta)

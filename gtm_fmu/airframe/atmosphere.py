@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import casadi as ca
 
+from gtm_fmu.airframe.quantity import Quantity
 from gtm_fmu.units import M_PER_FT
 
 EARTH_RADIUS_FT = 20855531.5  # SPEC 1, R_a; the navigation equations use another one
@@ -25,12 +26,12 @@ class Atmosphere(NamedTuple):
     sound_speed: ca.SX
 
     @property
-    def sqrt_density_ratio(self):
+    def sqrt_density_ratio(self) -> ca.SX:
         """EAS over TAS."""
         return ca.sqrt(self.density / DENSITY_0)
 
 
-def atmosphere(altitude_ft) -> Atmosphere:
+def atmosphere(altitude_ft: Quantity) -> Atmosphere:
     """Air at a geometric altitude in ft; geopotential height is held inside 0 .. 11 000 m (SPEC 2)."""
     geopotential = EARTH_RADIUS_FT * altitude_ft / (EARTH_RADIUS_FT + altitude_ft)
     height = ca.fmin(ca.fmax(geopotential, 0), TROPOPAUSE_FT)

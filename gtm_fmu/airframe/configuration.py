@@ -45,11 +45,11 @@ class Parameters(NamedTuple):
     has_shear: ca.SX
     runway_altitude: ca.SX
 
-    def wind_body(self, altitude, att: Attitude):
+    def wind_body(self, altitude: ca.SX, att: Attitude) -> ca.SX:
         """Velocity (3) of the air in body axes (SPEC 10.6)."""
         return wind.wind_body(self.steady_wind, self.gust, self.has_shear, altitude - self.runway_altitude, att)
 
-    def packed(self):
+    def packed(self) -> ca.SX:
         """All of them in one vector (27)."""
         inertia, inverse = (mass.components(matrix) for matrix in (self.mass.inertia, self.mass.inverse_inertia))
         return ca.vertcat(self.mass.mass, self.mass.cg, *inertia, *inverse, *self[1:])
@@ -58,7 +58,7 @@ class Parameters(NamedTuple):
 PARAMETERS = 27
 
 
-def unpacked(vector) -> Parameters:
+def unpacked(vector: ca.SX) -> Parameters:
     """The inverse of `Parameters.packed`."""
     ends = [0, 1, 4, 10, 16, 17, 19, 22, 25, 26, PARAMETERS]
     mass_, cg, inertia, inverse, *rest = ca.vertsplit(vector, ends)

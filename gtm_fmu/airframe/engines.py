@@ -7,6 +7,7 @@ import numpy as np
 
 from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.mass import WING_AREA, MassProperties
+from gtm_fmu.airframe.quantity import Quantity
 from gtm_fmu.units import RAD_PER_DEG
 
 SPEED_POLYNOMIAL = (0.000033035538475, -0.008354385314499, 1.191126728328792, 31.518959847101669)  # % rpm of %
@@ -28,7 +29,7 @@ class Mounting(NamedTuple):
     direction: np.ndarray
 
 
-def _mounting(position_in, pitch_deg: float, yaw_deg: float) -> Mounting:
+def _mounting(position_in: tuple[float, float, float], pitch_deg: float, yaw_deg: float) -> Mounting:
     pitch, yaw = pitch_deg * RAD_PER_DEG, yaw_deg * RAD_PER_DEG
     direction = np.array([np.cos(pitch) * np.cos(yaw), np.sin(yaw), -np.sin(pitch) * np.cos(yaw)])
     return Mounting(np.array(position_in) / 12, direction)
@@ -46,17 +47,17 @@ class Engine(NamedTuple):
     angular_momentum: ca.SX
 
 
-def rotor_speed(throttle):
+def rotor_speed(throttle: Quantity) -> ca.SX:
     """Rotor speed in % of an engine that runs, at a throttle position in % (SPEC 6)."""
     return ca.polyval(ca.DM(SPEED_POLYNOMIAL), throttle)
 
 
-def gross_thrust(speed, pressure_ratio):
+def gross_thrust(speed: Quantity, pressure_ratio: Quantity) -> Quantity:
     """Thrust of one engine in lbf before ram drag, from its rotor speed in % (SPEC 6)."""
     return (THRUST_CUBIC * speed**3 + THRUST_OFFSET) * pressure_ratio
 
 
-def engine(throttle, flow: AirData, running=1) -> Engine:
+def engine(throttle: Quantity, flow: AirData, running: Quantity = 1) -> Engine:
     """One engine at a throttle position in percent; net thrust never falls below zero (SPEC 6).
 
     With ``running`` 0 all its outputs are zero, its ram drag too (SPEC 10.2).
@@ -67,12 +68,12 @@ def engine(throttle, flow: AirData, running=1) -> Engine:
     return Engine(speed, running * thrust, ROTOR_INERTIA * FULL_SPEED_RAD_S * speed / 100)
 
 
-def fuel_flow(rotor_speed, running):
+def fuel_flow(rotor_speed: Quantity, running: Quantity) -> ca.SX:
     """Fuel flow in lb/min; an engine that does not run burns nothing (SPEC 10.2, 10.3)."""
     return running * ca.polyval(ca.DM(FUEL_FLOW_POLYNOMIAL), rotor_speed)
 
 
-def both_engines(throttles, flow: AirData, running=None) -> tuple[Engine, Engine]:
+def both_engines(throttles: ca.SX, flow: AirData, running: ca.SX | None = None) -> tuple[Engine, Engine]:
     """Left and right engine at throttle positions in percent, one for both or one each, ``running`` (2) or not."""
     if running is None:
         same = engine(throttles, flow)
@@ -80,7 +81,7 @@ def both_engines(throttles, flow: AirData, running=None) -> tuple[Engine, Engine
     return engine(throttles[0], flow, running[0]), engine(throttles[1], flow, running[1])
 
 
-def engine_loads(left: Engine, right: Engine, rates, mass: MassProperties):
+def engine_loads(left: Engine, right: Engine, rates: ca.SX, mass: MassProperties) -> tuple[ca.SX, ca.SX]:
     """Force (3, lbf) and moment (3, ft lbf); the gyroscopic term carries the specification's sign (SPEC 6)."""
     force, moment, momentum = ca.SX.zeros(3), ca.SX.zeros(3), ca.SX.zeros(3)
     for side, mounting in ((left, LEFT), (right, RIGHT)):

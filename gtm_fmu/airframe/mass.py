@@ -7,6 +7,7 @@ import numpy as np
 
 from gtm_fmu.airframe.atmosphere import GRAVITY
 from gtm_fmu.airframe.damage import DAMAGE_CASES
+from gtm_fmu.airframe.quantity import Quantity
 
 WING_AREA = 5.9018  # ft^2
 MEAN_CHORD = 0.9153  # ft
@@ -34,23 +35,25 @@ GEAR_DOWN = 0.5  # gear signal from which on the gear counts as down (SPEC 3)
 class MassProperties(NamedTuple):
     """Mass in slug, centre of gravity in ft (frame of the airframe), inertia matrix in slug ft^2 and its inverse."""
 
-    mass: ca.DM | ca.SX
+    mass: Quantity
     cg: ca.DM | ca.SX
     inertia: ca.DM | ca.SX
     inverse_inertia: ca.DM | ca.SX
 
 
-def symmetric(ixx, iyy, izz, ixz, iyz, ixy):
+def symmetric(
+    ixx: Quantity, iyy: Quantity, izz: Quantity, ixz: Quantity, iyz: Quantity, ixy: Quantity
+) -> ca.DM | ca.SX:
     """Inertia matrix (3, 3) of moments and products of inertia (SPEC 3)."""
     return ca.vertcat(ca.horzcat(ixx, -ixy, -ixz), ca.horzcat(-ixy, iyy, -iyz), ca.horzcat(-ixz, -iyz, izz))
 
 
-def components(matrix) -> list:
+def components(matrix: ca.DM | ca.SX) -> list:
     """Ixx Iyy Izz Ixz Iyz Ixy of an inertia matrix (3, 3): the inverse of `symmetric`."""
     return [matrix[0, 0], matrix[1, 1], matrix[2, 2], -matrix[0, 2], -matrix[1, 2], -matrix[0, 1]]
 
 
-def mass_properties(fuel_used_lb=0.0, gear=0.0, damage_case=0) -> MassProperties:
+def mass_properties(fuel_used_lb: Quantity = 0.0, gear: Quantity = 0.0, damage_case: Quantity = 0) -> MassProperties:
     """Mass properties after burning ``fuel_used_lb``, with the gear at 0 (up) .. 1 (down), damaged or not (SPEC 3).
 
     Numbers give numbers, symbols give expressions. The moments ``W0 cg0`` are those of the whole aircraft, while the
@@ -58,7 +61,7 @@ def mass_properties(fuel_used_lb=0.0, gear=0.0, damage_case=0) -> MassProperties
     """
     gear_down = gear >= GEAR_DOWN
 
-    def damaged(name: str):
+    def damaged(name: str) -> Quantity:
         return sum((damage_case == case) * ca.DM(getattr(damage, name)) for case, damage in enumerate(DAMAGE_CASES))
 
     weight = WEIGHT_FULL_FUEL - fuel_used_lb + damaged("weight_lb")

@@ -10,6 +10,7 @@ from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
 from gtm_fmu.airframe.engines import Engine, both_engines, engine_loads
 from gtm_fmu.airframe.mass import MassProperties
+from gtm_fmu.airframe.quantity import Quantity
 from gtm_fmu.units import DEG_PER_RAD, M_PER_FT
 
 NAVIGATION_RADIUS_FT = 6.37043246e6 / M_PER_FT  # SPEC 1, R_e
@@ -27,17 +28,17 @@ class Attitude(NamedTuple):
     cos_psi: ca.SX
 
 
-def attitude(phi, theta, psi) -> Attitude:
+def attitude(phi: Quantity, theta: Quantity, psi: Quantity) -> Attitude:
     """Attitude of Euler angles in rad."""
     return Attitude(ca.sin(phi), ca.cos(phi), ca.sin(theta), ca.cos(theta), ca.sin(psi), ca.cos(psi))
 
 
-def down(att: Attitude):
+def down(att: Attitude) -> ca.SX:
     """Unit vector (3) of gravity in body axes: the last column of the direction cosine matrix."""
     return ca.vertcat(-att.sin_theta, att.sin_phi * att.cos_theta, att.cos_phi * att.cos_theta)
 
 
-def earth_velocity(velocity, att: Attitude):
+def earth_velocity(velocity: ca.SX, att: Attitude) -> ca.SX:
     """North, east and down components (3) of a body-axis velocity (SPEC 2)."""
     u, v, w = ca.vertsplit(velocity)
     level = att.sin_phi * v + att.cos_phi * w
@@ -50,7 +51,7 @@ def earth_velocity(velocity, att: Attitude):
     )
 
 
-def body_components(vector, att: Attitude):
+def body_components(vector: ca.SX, att: Attitude) -> ca.SX:
     """Body-axis components (3) of a vector north, east, down: the inverse of `earth_velocity` (SPEC 2)."""
     north, east, down_ = ca.vertsplit(vector)
     ahead = att.cos_psi * north + att.sin_psi * east
@@ -64,8 +65,14 @@ def body_components(vector, att: Attitude):
 
 
 def accelerations(
-    velocity, rates, att: Attitude, flow: AirData, C, engines: tuple[Engine, Engine], mass: MassProperties
-):
+    velocity: ca.SX,
+    rates: ca.SX,
+    att: Attitude,
+    flow: AirData,
+    C: ca.SX,
+    engines: tuple[Engine, Engine],
+    mass: MassProperties,
+) -> ca.SX:
     """Derivatives (6) of body velocity (ft/s^2) and body rates (rad/s^2) (SPEC 7)."""
     aero_force, aero_moment = aerodynamic_loads(C, flow, mass)
     thrust_force, thrust_moment = engine_loads(*engines, rates, mass)
@@ -76,7 +83,9 @@ def accelerations(
     return ca.vertcat(linear, angular)
 
 
-def state_derivatives(x, u, C, mass: MassProperties, wind=0, running=None):
+def state_derivatives(
+    x: ca.SX, u: ca.SX, C: ca.SX, mass: MassProperties, wind: Quantity = 0, running: ca.SX | None = None
+) -> ca.SX:
     """Derivatives (12) of the state x (12) with total coefficients C (6) (SPEC 7).
 
     Controls u are three surfaces and one throttle, or with ``running`` (2) given that of the left and of the right
@@ -100,7 +109,9 @@ def state_derivatives(x, u, C, mass: MassProperties, wind=0, running=None):
     )
 
 
-def outputs(x, u, C, mass: MassProperties, wind=0, running=None):
+def outputs(
+    x: ca.SX, u: ca.SX, C: ca.SX, mass: MassProperties, wind: Quantity = 0, running: ca.SX | None = None
+) -> ca.SX:
     """Outputs in the order of `names.OUTPUTS` (SPEC 8); arguments as those of `state_derivatives`."""
     velocity, rates = x[:3], x[3:6]
     att = attitude(x[9], x[10], x[11])

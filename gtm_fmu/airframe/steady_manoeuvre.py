@@ -11,6 +11,7 @@ from gtm_fmu.airframe.engines import both_engines
 from gtm_fmu.airframe.mass import MassProperties
 from gtm_fmu.airframe.motion import Attitude
 from gtm_fmu.airframe.names import THROTTLE, TRIM_UNKNOWNS
+from gtm_fmu.airframe.quantity import Quantity
 
 
 class SteadyManoeuvre(NamedTuple):
@@ -23,7 +24,7 @@ class SteadyManoeuvre(NamedTuple):
     flow: AirData
 
 
-def pitch_tangent(gamma, sin_phi, cos_phi, flow: AirData):
+def pitch_tangent(gamma: Quantity, sin_phi: ca.SX, cos_phi: ca.SX, flow: AirData) -> tuple[ca.SX, ca.SX]:
     """Legs, opposite and adjacent, of the pitch angle that gives the flight-path angle gamma (paper eq. 24, SPEC 9)."""
     a = flow.cos_alpha * flow.cos_beta
     c = sin_phi * flow.sin_beta + cos_phi * flow.sin_alpha * flow.cos_beta
@@ -32,7 +33,7 @@ def pitch_tangent(gamma, sin_phi, cos_phi, flow: AirData):
     return a * c + s * ca.sqrt(square), a**2 - s**2
 
 
-def steady_manoeuvre(y, gamma, air: Atmosphere) -> SteadyManoeuvre:
+def steady_manoeuvre(y: ca.SX, gamma: Quantity, air: Atmosphere) -> SteadyManoeuvre:
     """The manoeuvre of trim unknowns y (order `names.TRIM_UNKNOWNS`) at gamma in rad (paper eqs 24-28)."""
     V, alpha, beta, psi_dot, phi = (y[TRIM_UNKNOWNS.index(name)] for name in ("V", "alpha", "beta", "psi_dot", "phi"))
     flow = airdata.from_angles(V, alpha, beta, air)
@@ -44,7 +45,9 @@ def steady_manoeuvre(y, gamma, air: Atmosphere) -> SteadyManoeuvre:
     return SteadyManoeuvre(airdata.velocity(flow), rates, ca.atan2(opposite, adjacent), att, flow)
 
 
-def trim_residual(y, gamma, air: Atmosphere, C, mass: MassProperties, running=None):
+def trim_residual(
+    y: ca.SX, gamma: Quantity, air: Atmosphere, C: ca.SX, mass: MassProperties, running: ca.SX | None = None
+) -> ca.SX:
     """The six accelerations (ft/s^2, rad/s^2) that a trim makes zero (paper eq. 6).
 
     With ``running`` (2) given the last two of y are the throttles of the left and of the right engine.

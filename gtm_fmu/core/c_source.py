@@ -14,7 +14,7 @@ def function(name: str, arguments: list, results: list) -> ca.Function:
     return ca.Function(name, arguments, ca.cse([ca.densify(result) for result in results]))
 
 
-def slope_through_tables(result, wrt, C, T, lookups):
+def slope_through_tables(result: ca.SX, wrt: ca.SX, C: ca.SX, T: ca.SX, lookups: ca.SX) -> ca.SX:
     """Jacobian of a result through C (6) of the look-ups too, with slopes T; transposed, so that C sees rows."""
     dC = T @ ca.jacobian(lookups, wrt)
     along = ca.vertcat(ca.SX.eye(wrt.numel()), dC)

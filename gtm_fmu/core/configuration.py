@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.airframe.configuration import RANGES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
@@ -101,7 +102,7 @@ class Configuration:
     runway_altitude_ft: float = RUNWAY_ALTITUDE_FT
     has_stall_asymmetry: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Store every value as plain numbers and check it."""
         for field in fields(self):
             object.__setattr__(self, field.name, _plain(field.name, getattr(self, field.name)))
@@ -114,7 +115,7 @@ class Configuration:
         return MassProperties(struct.mass, np.array(struct.cg), np.array(struct.inertia))
 
 
-def _plain(name: str, value):
+def _plain(name: str, value: Any) -> float | bool | tuple[float | bool, ...]:
     """A value as int, float, bool or a tuple of them."""
     kind = _TYPES[name]
     is_vector = hasattr(kind, "_length_")
@@ -149,12 +150,14 @@ def _struct(configuration: Configuration) -> _Struct:
     return struct
 
 
-def reference(configuration: Configuration):
+def reference(configuration: Configuration) -> "ctypes._CArgObject":
     """What the core's functions take; it keeps the struct alive."""
     return ctypes.byref(_struct(configuration))
 
 
-def _call(name: str, configuration: Configuration, arguments: list[np.ndarray], *widths: tuple[int, ...]):
+def _call(
+    name: str, configuration: Configuration, arguments: list[np.ndarray], *widths: tuple[int, ...]
+) -> list[np.ndarray]:
     """Results (.., *width) of a batched function; arguments (.., n) are broadcast to one leading shape."""
     leading = np.broadcast_shapes(*(argument.shape[:-1] for argument in arguments))
     arguments = [np.ascontiguousarray(np.broadcast_to(each, (*leading, each.shape[-1]))) for each in arguments]
@@ -165,58 +168,58 @@ def _call(name: str, configuration: Configuration, arguments: list[np.ndarray], 
     return results
 
 
-def _state(x, u) -> list[np.ndarray]:
+def _state(x: ArrayLike, u: ArrayLike) -> list[np.ndarray]:
     return [rows(x, NX, "x"), rows(u, NU, "u")]
 
 
-def derivatives(x, u, configuration: Configuration) -> np.ndarray:
+def derivatives(x: ArrayLike, u: ArrayLike, configuration: Configuration) -> np.ndarray:
     """State derivatives (.., 12) per second."""
     return _call("gtm_configured_derivatives_batch", configuration, _state(x, u), (NX,))[0]
 
 
-def outputs(x, u, configuration: Configuration) -> np.ndarray:
+def outputs(x: ArrayLike, u: ArrayLike, configuration: Configuration) -> np.ndarray:
     """Outputs (.., 15) in the order and units of `names.OUTPUTS`."""
     return _call("gtm_configured_outputs_batch", configuration, _state(x, u), (NY,))[0]
 
 
-def jacobian(x, u, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
+def jacobian(x: ArrayLike, u: ArrayLike, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
     """State derivatives (.., 12) and their derivatives (.., 12, 17) with respect to (x, u)."""
     dx, slopes = _call("gtm_configured_jacobian_batch", configuration, _state(x, u), (NX,), (NX, NX + NU))
     return dx, slopes
 
 
-def outputs_jacobian(x, u, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
+def outputs_jacobian(x: ArrayLike, u: ArrayLike, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
     """Outputs (.., 15) and their derivatives (.., 15, 17) with respect to (x, u)."""
     y, slopes = _call("gtm_configured_outputs_jacobian_batch", configuration, _state(x, u), (NY,), (NY, NX + NU))
     return y, slopes
 
 
-def _one_state(x) -> np.ndarray:
+def _one_state(x: ArrayLike) -> np.ndarray:
     state = rows(x, NX, "x")
     if state.ndim != 1:
         raise ValueError(f"x has shape {state.shape}; give one state of length {NX}.")
     return state
 
 
-def wind_body(x, configuration: Configuration) -> np.ndarray:
+def wind_body(x: ArrayLike, configuration: Configuration) -> np.ndarray:
     """Velocity (3) of the air in body axes, ft/s, at a state (12) (SPEC 10.6)."""
     state, wind = _one_state(x), np.empty(3)
     library().gtm_configured_wind(reference(configuration), address(state), address(wind))
     return wind
 
 
-def state_fault(x, configuration: Configuration) -> int:
+def state_fault(x: ArrayLike, configuration: Configuration) -> int:
     """Why a state (12) has no derivatives, as `motion.state_fault`, with the motion relative to the air."""
     state = _one_state(x)
     return library().gtm_configured_state_fault(reference(configuration), address(state))
 
 
-def _manoeuvre(y, altitude, gamma) -> list[np.ndarray]:
+def _manoeuvre(y: ArrayLike, altitude: ArrayLike, gamma: ArrayLike) -> list[np.ndarray]:
     scalars = (np.asarray(value, dtype=float)[..., None] for value in (altitude, gamma))
     return [*scalars, rows(y, NT, "y")]
 
 
-def trim_residual(y, altitude, gamma, configuration: Configuration) -> np.ndarray:
+def trim_residual(y: ArrayLike, altitude: ArrayLike, gamma: ArrayLike, configuration: Configuration) -> np.ndarray:
     """Accelerations F (.., 6) relative to the air, ft/s^2 and rad/s^2, of y (.., 10) at ft and rad.
 
     A steady wind does not enter: speed, flow angles and gamma are those relative to the air.
@@ -224,7 +227,9 @@ def trim_residual(y, altitude, gamma, configuration: Configuration) -> np.ndarra
     return _call("gtm_configured_trim_residual_batch", configuration, _manoeuvre(y, altitude, gamma), (NF,))[0]
 
 
-def trim_jacobian(y, altitude, gamma, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
+def trim_jacobian(
+    y: ArrayLike, altitude: ArrayLike, gamma: ArrayLike, configuration: Configuration
+) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations F (.., 6) as `trim_residual` and their derivatives (.., 6, 10) with respect to y."""
     F, slopes = _call(
         "gtm_configured_trim_jacobian_batch", configuration, _manoeuvre(y, altitude, gamma), (NF,), (NF, NT)
@@ -232,7 +237,9 @@ def trim_jacobian(y, altitude, gamma, configuration: Configuration) -> tuple[np.
     return F, slopes
 
 
-def trim_state(altitude: float, gamma: float, y, configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
+def trim_state(
+    altitude: float, gamma: float, y: ArrayLike, configuration: Configuration
+) -> tuple[np.ndarray, np.ndarray]:
     """State x (12), moving with the wind, and controls u (5) of the steady manoeuvre y (10) at ft and rad."""
     y = rows(y, NT, "y")
     x, u = np.empty(NX), np.empty(NU)

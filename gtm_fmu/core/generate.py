@@ -63,7 +63,7 @@ def airframe_functions() -> list[ca.Function]:
     thrust = engine(throttle, airdata.from_angles(V, 0, 0, air)).thrust
     steady_state = ca.vertcat(steady.velocity, steady.rates, 0, 0, altitude, t[PHI], steady.theta, 0)
 
-    def total_slope(result, arguments, wrt):
+    def total_slope(result: ca.SX, arguments: ca.SX, wrt: ca.SX) -> ca.SX:
         return slope_through_tables(result, wrt, C, T, arguments)
 
     return [

@@ -1,5 +1,6 @@
 """Generated C of every configuration: the airframe with its parameters as inputs, and the tables not folded."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import casadi as ca
@@ -114,7 +115,7 @@ def actuator_functions() -> list[ca.Function]:
     ]
 
 
-def _initializer(values) -> str:
+def _initializer(values: Iterable[object]) -> str:
     return "{" + ", ".join(map(str, values)) + "}"
 
 

@@ -5,6 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 def library_path() -> Path:
@@ -34,7 +35,7 @@ def address(array: np.ndarray) -> ctypes.c_void_p:
     return ctypes.c_void_p(array.ctypes.data)
 
 
-def rows(values, width: int, name: str) -> np.ndarray:
+def rows(values: ArrayLike, width: int, name: str) -> np.ndarray:
     """Values as a C-contiguous float array (.., width).
 
     Raises:

@@ -7,6 +7,7 @@ At a table breakpoint a Jacobian is the one-sided slope of the interval above.
 import ctypes
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.airframe.names import CONTROLS, OUTPUTS, STATES
 from gtm_fmu.core.library import address, library, rows
@@ -16,7 +17,7 @@ BAD_STEP = 6  # enum gtm_fault
 MOST_SUBSTEPS = 1_000_000  # GTM_SUBSTEPS of gtm_core.h
 
 
-def _rows(x, u) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
+def _rows(x: ArrayLike, u: ArrayLike) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
     x, u = rows(x, NX, "x"), rows(u, NU, "u")
     if x.shape[:-1] != u.shape[:-1]:
         leading = np.broadcast_shapes(x.shape[:-1], u.shape[:-1])
@@ -25,7 +26,7 @@ def _rows(x, u) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
     return x, u, x.shape[:-1]
 
 
-def _call(name: str, x, u, *widths: tuple[int, ...]) -> list[np.ndarray]:
+def _call(name: str, x: ArrayLike, u: ArrayLike, *widths: tuple[int, ...]) -> list[np.ndarray]:
     x, u, leading = _rows(x, u)
     results = [np.empty((*leading, *width)) for width in widths]
     count = ctypes.c_long(int(np.prod(leading)))
@@ -33,29 +34,29 @@ def _call(name: str, x, u, *widths: tuple[int, ...]) -> list[np.ndarray]:
     return results
 
 
-def derivatives(x, u) -> np.ndarray:
+def derivatives(x: ArrayLike, u: ArrayLike) -> np.ndarray:
     """State derivatives (.., 12) per second."""
     return _call("gtm_derivatives_batch", x, u, (NX,))[0]
 
 
-def outputs(x, u) -> np.ndarray:
+def outputs(x: ArrayLike, u: ArrayLike) -> np.ndarray:
     """Outputs (.., 15) in the order and units of `names.OUTPUTS`."""
     return _call("gtm_outputs_batch", x, u, (NY,))[0]
 
 
-def jacobian(x, u) -> tuple[np.ndarray, np.ndarray]:
+def jacobian(x: ArrayLike, u: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """State derivatives (.., 12) and their derivatives (.., 12, 16) with respect to (x, u)."""
     dx, slopes = _call("gtm_jacobian_batch", x, u, (NX,), (NX, NX + NU))
     return dx, slopes
 
 
-def outputs_jacobian(x, u) -> tuple[np.ndarray, np.ndarray]:
+def outputs_jacobian(x: ArrayLike, u: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Outputs (.., 15) and their derivatives (.., 15, 16) with respect to (x, u)."""
     y, slopes = _call("gtm_outputs_jacobian_batch", x, u, (NY,), (NY, NX + NU))
     return y, slopes
 
 
-def state_fault(x) -> int:
+def state_fault(x: ArrayLike) -> int:
     """Why a state (12) has no derivatives: 0 none, else a code of ``enum gtm_fault`` in gtm_core.h."""
     state = rows(x, NX, "x")
     if state.ndim != 1:
@@ -63,7 +64,7 @@ def state_fault(x) -> int:
     return library().gtm_state_fault(address(state))
 
 
-def advance(x, u, duration_s: float, substep_s: float) -> np.ndarray:
+def advance(x: ArrayLike, u: ArrayLike, duration_s: float, substep_s: float) -> np.ndarray:
     """State (12) after ``duration_s`` with constant controls u (4), by Runge-Kutta steps of ``substep_s``.
 
     Raises:

@@ -3,6 +3,7 @@
 import ctypes
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.airframe.names import TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.core.library import address, library
@@ -26,7 +27,9 @@ ANSWER = np.dtype(
 """``gtm_answer`` of gtm_query.h, which says what each means."""
 
 
-def query(altitude, gamma, lower, upper, airframe: Airframe = STUDY) -> np.ndarray:
+def query(
+    altitude: ArrayLike, gamma: ArrayLike, lower: ArrayLike, upper: ArrayLike, airframe: Airframe = STUDY
+) -> np.ndarray:
     """Answers (n) of `ANSWER`, for altitude (n) in ft and gamma (n) in rad.
 
     Bounds (n, 9 or 10) hold V and psi_dot at what is asked; the others are the limits.
@@ -42,7 +45,9 @@ def query(altitude, gamma, lower, upper, airframe: Airframe = STUDY) -> np.ndarr
     return answers
 
 
-def assess(altitude: float, gamma: float, lower, upper, y, airframe: Airframe = STUDY) -> tuple[np.ndarray, np.ndarray]:
+def assess(
+    altitude: float, gamma: float, lower: ArrayLike, upper: ArrayLike, y: ArrayLike, airframe: Airframe = STUDY
+) -> tuple[np.ndarray, np.ndarray]:
     """Whether trims y (n, 9 or 10) are stable (n) and controllable (n), on all sides of the breakpoints they lie on.
 
     Controls whose bounds (9 or 10) are equal are no inputs.

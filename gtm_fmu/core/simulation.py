@@ -5,9 +5,10 @@ outputs (32) SIMULATION_OUTPUTS.
 """
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.airframe.actuators import RATE_LIMIT_DEG_S
 from gtm_fmu.airframe.names import (
@@ -63,7 +64,7 @@ class Simulation:
         settings: values of `names.SIMULATION_SETTINGS` that differ from `DEFAULTS`.
     """
 
-    def __init__(self, x, settings: Mapping[str, float] | None = None):
+    def __init__(self, x: ArrayLike, settings: Mapping[str, float] | None = None) -> None:
         """Begin at a state (12) with full tanks, or (13)."""
         state = np.asarray(x, float)
         self.x = rows(np.append(state, np.zeros(NX - len(state))), NX, "x")
@@ -73,12 +74,12 @@ class Simulation:
         self.settings = {**DEFAULTS, **(settings or {})}
         self._memory = np.zeros(memory_size())
 
-    def _arguments(self, u) -> list[np.ndarray]:
+    def _arguments(self, u: np.ndarray | Sequence[float]) -> list[np.ndarray]:
         inputs = np.zeros(NU)
         inputs[: len(u)] = u
         return [inputs, np.array([self.settings[name] for name in SIMULATION_SETTINGS], float)]
 
-    def evaluate(self, u) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, u: np.ndarray | Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives (13) and outputs (32) now; inputs u as in `advance`.
 
         Raises:
@@ -90,7 +91,7 @@ class Simulation:
         self._check(library().gtm_simulation_evaluate(*map(address, arrays)))
         return dx, y
 
-    def advance(self, u, duration_s: float, substep_s: float) -> np.ndarray:
+    def advance(self, u: np.ndarray | Sequence[float], duration_s: float, substep_s: float) -> np.ndarray:
         """State (13) after ``duration_s`` with constant inputs u (those left out are zero), in parts of ``substep_s``.
 
         Raises:

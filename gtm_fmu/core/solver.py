@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.airframe.names import CONTROLS, STATES, TRIM_UNKNOWNS, TWO_THROTTLE_CONTROLS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.core.configuration import Configuration, reference
@@ -33,7 +34,7 @@ class Airframe(NamedTuple):
         """Names of the unknowns (9 or 10) of a trim."""
         return TRIM_UNKNOWNS if self.throttles == ONE_THROTTLE else TWO_THROTTLE_UNKNOWNS
 
-    def rows(self, values, name: str) -> np.ndarray:
+    def rows(self, values: ArrayLike, name: str) -> np.ndarray:
         """Values as an array (.., 9 or 10).
 
         Raises:
@@ -67,7 +68,7 @@ def scale(airframe: Airframe = STUDY) -> np.ndarray:
     return np.array((ctypes.c_double * TWO_THROTTLE_NT).in_dll(library(), "gtm_scale"))[: len(airframe.unknowns)]
 
 
-def with_both_throttles(y, airframe: Airframe = STUDY) -> np.ndarray:
+def with_both_throttles(y: ArrayLike, airframe: Airframe = STUDY) -> np.ndarray:
     """Unknowns (.., 10) of y (.., 9 or 10)."""
     y = airframe.rows(y, "y")
     return np.concatenate([y, y[..., -1:]], axis=-1) if airframe.throttles == ONE_THROTTLE else y
@@ -80,7 +81,7 @@ def dead_controls(configuration: Configuration) -> tuple[bool, ...]:
     return tuple(dead[-len(TWO_THROTTLE_CONTROLS) :].astype(bool).tolist())
 
 
-def on_breakpoints(y, airframe: Airframe = STUDY) -> np.ndarray:
+def on_breakpoints(y: ArrayLike, airframe: Airframe = STUDY) -> np.ndarray:
     """Which unknowns of y (n, 9 or 10) lie on a breakpoint of an aerodynamic table (n, 9 or 10)."""
     y = airframe.rows(y, "y")
     is_on = np.empty(y.shape, dtype=np.uint8)
@@ -89,7 +90,9 @@ def on_breakpoints(y, airframe: Airframe = STUDY) -> np.ndarray:
     return is_on.astype(bool)
 
 
-def trims(altitude, gamma, lower, upper, airframe: Airframe = STUDY) -> Solutions:
+def trims(
+    altitude: ArrayLike, gamma: ArrayLike, lower: ArrayLike, upper: ArrayLike, airframe: Airframe = STUDY
+) -> Solutions:
     """Trims with the least sideslip: altitude (n) in ft, gamma (n) in rad.
 
     Bounds (n, 9 or 10) hold two or three of V, psi_dot, phi, alpha and beta.
@@ -105,7 +108,7 @@ def trims(altitude, gamma, lower, upper, airframe: Airframe = STUDY) -> Solution
     return found
 
 
-def cold_starts(altitude: float, gamma: float, held, airframe: Airframe = STUDY) -> np.ndarray:
+def cold_starts(altitude: float, gamma: float, held: ArrayLike, airframe: Airframe = STUDY) -> np.ndarray:
     """Points of the trim manifold (m <= n, 9 or 10) at rows (V, phi, rudder) of ``held`` (n, 3), without bounds."""
     held = rows(held, 3, "held")
     y = np.empty((len(held), len(airframe.unknowns)))
@@ -124,7 +127,16 @@ class Extreme(NamedTuple):
     status: int
 
 
-def _search(name: str, airframe: Airframe, altitude: float, gamma: float, lower, upper, objective, *starts) -> Extreme:
+def _search(
+    name: str,
+    airframe: Airframe,
+    altitude: float,
+    gamma: float,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    objective: ArrayLike,
+    *starts: ArrayLike,
+) -> Extreme:
     lower, upper = airframe.rows(lower, "lower"), airframe.rows(upper, "upper")
     objective = airframe.rows(objective, "objective")
     y, violation = np.full(len(airframe.unknowns), np.nan), ctypes.c_double(np.inf)
@@ -142,7 +154,15 @@ def _search(name: str, airframe: Airframe, altitude: float, gamma: float, lower,
     return Extreme(y, violation.value, status)
 
 
-def extreme(altitude: float, gamma: float, lower, upper, objective, starts, airframe: Airframe = STUDY) -> Extreme:
+def extreme(
+    altitude: float,
+    gamma: float,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    objective: ArrayLike,
+    starts: ArrayLike,
+    airframe: Airframe = STUDY,
+) -> Extreme:
     """Least objective.y on the trim manifold inside the bounds, the best of all ``starts`` (n, 9 or 10).
 
     Without a point inside the bounds, the one that exceeds them least.
@@ -152,7 +172,9 @@ def extreme(altitude: float, gamma: float, lower, upper, objective, starts, airf
     return _search("gtm_extreme", *at, ctypes.c_long(len(starts)), address(starts))
 
 
-def envelope_end(altitude: float, gamma: float, lower, upper, objective, airframe: Airframe = STUDY) -> Extreme:
+def envelope_end(
+    altitude: float, gamma: float, lower: ArrayLike, upper: ArrayLike, objective: ArrayLike, airframe: Airframe = STUDY
+) -> Extreme:
     """The same from starts of its own, over each of the `rudder_pieces` and then about the best point found."""
     return _search("gtm_envelope_end", airframe, altitude, gamma, lower, upper, objective)
 
@@ -165,7 +187,9 @@ def rudder_pieces(lower: float, upper: float) -> list[tuple[float, float]]:
     return list(pairwise(border[: count + 1]))
 
 
-def trim_states(altitude: float, gamma: float, y, airframe: Airframe = STUDY) -> tuple[np.ndarray, np.ndarray]:
+def trim_states(
+    altitude: float, gamma: float, y: ArrayLike, airframe: Airframe = STUDY
+) -> tuple[np.ndarray, np.ndarray]:
     """States x (.., 12) and controls u (.., 4) of steady manoeuvres y (.., 9 or 10) at altitude in ft, gamma in rad.
 
     With a configuration u (.., 5) follows `names.TWO_THROTTLE_CONTROLS`, and x moves with its wind.
@@ -191,7 +215,16 @@ class Grid(NamedTuple):
     y: np.ndarray
 
 
-def grid(altitude: float, gamma: float, lower, upper, speed, rate, seeds, airframe: Airframe = STUDY) -> Grid:
+def grid(
+    altitude: float,
+    gamma: float,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    speed: ArrayLike,
+    rate: ArrayLike,
+    seeds: ArrayLike,
+    airframe: Airframe = STUDY,
+) -> Grid:
     """Trims with the least sideslip at speeds (n) in ft/s and turn rates (m) in rad/s, both rising.
 
     Cells are reached from the ``seeds`` (k, 9 or 10), trims inside the bounds, through neighbours that have a trim.

@@ -51,7 +51,7 @@ class Levels:
     columns: tuple[Column, ...]
     values: tuple[tuple[float, ...], ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.values:
             raise InputError(f"The lattice is empty: no level of {self.name}; give at least one.")
         check_count(self.name, len(self.values))

@@ -160,7 +160,7 @@ class GivenCases:
     columns: tuple[Column, ...]
     values: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Check the columns, and hold the values unchangeable."""
         names = [column.name for column in self.columns]
         values = np.array(self.values, dtype=float)

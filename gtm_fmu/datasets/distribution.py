@@ -16,7 +16,7 @@ from typing import Any
 import dask
 import numpy as np
 from dask.system import CPU_COUNT
-from distributed import CancelledError, Client, KilledWorker, LocalCluster, Security, as_completed
+from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, Security, as_completed
 from distributed.comm import CommClosedError, get_address_host_port
 from distributed.utils import silence_logging_cmgr
 
@@ -172,7 +172,7 @@ def _fill(store: CaseStore, chunks: list[range], client: Client, options: dict, 
 def _evaluation() -> Callable[..., dict[str, np.ndarray]]:
     """`results.evaluate`, imported only where it runs, so that a worker without this package can read the task."""
 
-    def evaluate(cases: np.ndarray, **arguments) -> dict[str, np.ndarray]:  # nested, so it is sent by its value
+    def evaluate(cases: np.ndarray, **arguments: Any) -> dict[str, np.ndarray]:  # nested, so it is sent by its value
         from gtm_fmu.datasets import results
 
         return results.evaluate(cases, **arguments)
@@ -189,7 +189,7 @@ def _pieces(table: Cases, chunks: list[range]) -> Iterator[tuple[range, range, n
             yield chunk, chunk[start : start + size], rows[start : start + size]
 
 
-def _result(future, piece: range) -> dict[str, np.ndarray]:
+def _result(future: Future, piece: range) -> dict[str, np.ndarray]:
     at = f"at cases {piece.start} to {piece.stop - 1}"
     try:
         return future.result()

@@ -79,7 +79,7 @@ class OffLattice:
         """Whether every control of each case is jammed (n)."""
         return (self.X[:, 2::2] == self.X[:, 3::2]).all(axis=1)
 
-    def take(self, rows) -> "OffLattice":
+    def take(self, rows: np.ndarray | slice) -> "OffLattice":
         """Some of the cases, by number or mask."""
         return OffLattice(self.X[rows], self.speeds_kt[rows], self.t_min_pct[rows])
 

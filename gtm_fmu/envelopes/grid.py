@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
@@ -44,7 +45,7 @@ class Assessment(NamedTuple):
     controllable: np.ndarray
 
 
-def assess(altitude_ft: float, gamma_deg: float, y, limits: ControlLimits | Failure) -> Assessment:
+def assess(altitude_ft: float, gamma_deg: float, y: ArrayLike, limits: ControlLimits | Failure) -> Assessment:
     """Stability and controllability of trims y (n, 9 or 10, core units), without the jammed controls as inputs.
 
     Of a trim on breakpoints of the tables those of all their sides together, as of a `linearization.LinearModel`.

@@ -157,7 +157,7 @@ class ThrustMap:
     tolerances: Tolerances = field(default_factory=Tolerances)
     provenance: dict[str, Any] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Hold the arrays unchangeable, in the types of the core."""
         for name, dtype in (("density_ratio", "f8"), ("gamma_deg", "f8"), ("deflection_deg", "f8"), ("table", "f4")):
             array = np.array(getattr(self, name), dtype=dtype, order="C")

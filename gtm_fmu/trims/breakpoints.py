@@ -110,7 +110,9 @@ def on_each_side(
             yield rows, dict(zip(numbers, sides, strict=True)), there
 
 
-def _candidates(at, y, x, u, airframe: Airframe) -> Iterator[tuple]:
+def _candidates(
+    at: tuple[float, float], y: np.ndarray, x: np.ndarray, u: np.ndarray, airframe: Airframe
+) -> Iterator[tuple]:
     """Variables whose tables may have a breakpoint at a trim.
 
     The name with its unit, the states and inputs that move it, which trims (n) lie there, where that is (n), and a
@@ -120,7 +122,7 @@ def _candidates(at, y, x, u, airframe: Airframe) -> Iterator[tuple]:
     scale, is_on = solver.scale(airframe), solver.on_breakpoints(y, airframe)
 
     def along_unknown(k: int) -> Callable:
-        def move(rows, step: float) -> tuple[np.ndarray, np.ndarray]:
+        def move(rows: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
             moved = y[rows].copy()
             moved[:, k] += step * scale[k]
             return solver.trim_states(altitude_ft, gamma, moved, airframe)
@@ -128,7 +130,7 @@ def _candidates(at, y, x, u, airframe: Airframe) -> Iterator[tuple]:
         return move
 
     def along_rate(column: int) -> Callable:
-        def move(rows, step: float) -> tuple[np.ndarray, np.ndarray]:
+        def move(rows: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
             moved = x[rows].copy()
             moved[:, column] = step * scale[PSI_DOT]
             return moved, u[rows]

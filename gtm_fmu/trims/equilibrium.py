@@ -8,7 +8,7 @@ vanish, the one nearest to the start is taken:
 with z in units of the variables' nominal values. Slopes are the FMU's directional derivatives, or differences.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,15 +82,15 @@ def equilibrium(
     n = len(fmu.states)
     system = FmuSystem(fmu, scale[:n], scale[n:], rate_scale)
 
-    def split(z):
+    def split(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         full = values / scale
         full[columns] = z
         return full[:n], full[n:]
 
-    def rates(z):
+    def rates(z: np.ndarray) -> np.ndarray:
         return system.derivatives(*split(z))[rows]
 
-    def slopes(z):
+    def slopes(z: np.ndarray) -> np.ndarray:
         return system.slopes(*split(z))[1][np.ix_(rows, columns)]
 
     bounds = lower / scale[columns], upper / scale[columns]
@@ -106,7 +106,12 @@ def equilibrium(
     )
 
 
-def _nearest(rates, slopes, start, bounds) -> np.ndarray:
+def _nearest(
+    rates: Callable[[np.ndarray], np.ndarray],
+    slopes: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+) -> np.ndarray:
     """Point nearest to the start where the rates vanish; where none is found, or too few are free, least squares."""
     n, m = len(start), len(rates(start))
     best = start
@@ -138,7 +143,7 @@ def _own_curvature(n: int, m: int) -> tuple[list, list, list[str], list[str]]:
     return [z, none, weight, multipliers], [hessian], ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"]
 
 
-def _places(kind: str, given, known: Sequence[str]) -> np.ndarray:
+def _places(kind: str, given: Iterable[str], known: Sequence[str]) -> np.ndarray:
     """Where the names are.
 
     Raises:

@@ -21,8 +21,9 @@ In a glide without net thrust the throttle has no effect on the forces, and only
 there are not smooth in y, have several local solutions, and the one found need not have the least sideslip of all.
 """
 
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, Unpack
+from typing import Any, TypeVar, Unpack
 
 import casadi as ca
 import numpy as np
@@ -140,7 +141,9 @@ class FmuTrimmer:
         lower, upper = wanted.bounds(failure, alpha_deg, phi_deg)
         return self.trim_within(altitude_ft, gamma_deg, lower, upper, warm_start)
 
-    def trim_within(self, altitude_ft: float, gamma_deg: float, lower, upper, warm_start: Trim | None = None) -> Trim:
+    def trim_within(
+        self, altitude_ft: float, gamma_deg: float, lower: np.ndarray, upper: np.ndarray, warm_start: Trim | None = None
+    ) -> Trim:
         """The same with bounds (9) of the unknowns in the core's units; they may hold others (alpha, not V, say).
 
         The limits that the trim carries are the bounds of its controls.
@@ -158,7 +161,9 @@ class FmuTrimmer:
             y, altitude_ft, gamma_deg, inside, hit, ControlLimits(*np.column_stack([lower, upper])[ELEVATOR:]), residual
         )
 
-    def _solve(self, at, lower, upper, starts) -> np.ndarray:
+    def _solve(
+        self, at: tuple[float, float], lower: np.ndarray, upper: np.ndarray, starts: Sequence[np.ndarray]
+    ) -> np.ndarray:
         """Least sideslip if a trim is found from ``starts`` or a first guess, else least cost."""
         is_trim = partial(self._is_trim, at=at, lower=lower, upper=upper)
         for start in [*starts, _first_guess(lower, upper)]:
@@ -169,7 +174,7 @@ class FmuTrimmer:
                 break
         else:
             y = self._least(start, at, lower, upper, weights=(0.0, 1.0), most_miss=np.inf)
-        others = []
+        others: list[np.ndarray] = []
         if is_trim(y):
             others += [self._pinned(BETA, 0.0, y, at, lower, upper), self._least_sideslip(y, at, lower, upper)]
         if y[THROTTLE] < upper[THROTTLE]:
@@ -177,25 +182,43 @@ class FmuTrimmer:
             others += [self._pinned(THROTTLE, lower[THROTTLE], start, at, lower, upper) for start in glides]
         return min([y, *filter(is_trim, others)], key=lambda y: (not is_trim(y), abs(y[BETA])))
 
-    def _least_sideslip(self, start, at, lower, upper) -> np.ndarray:
+    def _least_sideslip(
+        self, start: np.ndarray, at: tuple[float, float], lower: np.ndarray, upper: np.ndarray
+    ) -> np.ndarray:
         if np.sum(lower < upper) < ACCELERATIONS:  # IPOPT takes no more equations than unknowns
             return start
         return self._least(start, at, lower, upper, weights=(1.0, 0.0), most_miss=0.0)
 
-    def _is_settled(self, y, lower, upper) -> bool:
+    def _is_settled(self, y: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> bool:
         """Whether the least sideslip just found needs no second look, as one held by stall or idle does."""
         if np.sum(lower < upper) <= ACCELERATIONS or y[BETA] == 0:
             return True
         is_free = y[ALPHA] < upper[ALPHA] and y[THROTTLE] > lower[THROTTLE]
         return is_free and self._solver.stats()["return_status"] == "Solve_Succeeded"
 
-    def _pinned(self, unknown: int, value: float, start, at, lower, upper) -> np.ndarray:
+    def _pinned(
+        self,
+        unknown: int,
+        value: float,
+        start: np.ndarray,
+        at: tuple[float, float],
+        lower: np.ndarray,
+        upper: np.ndarray,
+    ) -> np.ndarray:
         """Least sideslip with one unknown held."""
         is_pinned = np.arange(NT) == unknown
         bounds = np.where(is_pinned, value, lower), np.where(is_pinned, value, upper)
         return self._least_sideslip(np.clip(start, *bounds), at, *bounds)
 
-    def _least(self, start, at, lower, upper, weights, most_miss: float) -> np.ndarray:
+    def _least(
+        self,
+        start: np.ndarray,
+        at: tuple[float, float],
+        lower: np.ndarray,
+        upper: np.ndarray,
+        weights: tuple[float, float],
+        most_miss: float,
+    ) -> np.ndarray:
         """Unknowns where the weighted objective is least while no acceleration is above ``most_miss``."""
         misses = np.full(ACCELERATIONS, most_miss)
         found = self._solver(
@@ -213,10 +236,10 @@ class FmuTrimmer:
         y = np.select([is_upper, is_lower], [upper, lower], y * self._scale)
         return self._polished(y, at, lower, upper)
 
-    def _polished(self, y, at, lower, upper) -> np.ndarray:
+    def _polished(self, y: np.ndarray, at: tuple[float, float], lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
         """Newton from a nearly converged point, with as many unknowns held as the trim has freedoms."""
         y, movable = y.copy(), lower < upper
-        freedoms = max(np.sum(movable) - ACCELERATIONS, 0)
+        freedoms = max(int(np.sum(movable)) - ACCELERATIONS, 0)
         at_bounds = np.flatnonzero(movable & ((y == lower) | (y == upper)))[:freedoms]
         movable[at_bounds] = False
         if len(at_bounds) < freedoms and abs(y[BETA]) < NEAR * self._scale[BETA]:
@@ -228,36 +251,36 @@ class FmuTrimmer:
             y[movable] -= self._scale[movable] * np.linalg.lstsq(slopes[:, movable] * self._scale[movable], F)[0]
         return y
 
-    def _known_accelerations(self, known) -> np.ndarray:
+    def _known_accelerations(self, known: np.ndarray) -> np.ndarray:
         """Accelerations F (6) of linear states, controls and altitude (13)."""
         return self._airframe.derivatives(*_state_and_controls(known))[:ACCELERATIONS]
 
-    def _known_slopes(self, known) -> np.ndarray:
+    def _known_slopes(self, known: np.ndarray) -> np.ndarray:
         """Their slopes (6, 13); that in the altitude, a constant of a trim, is left at zero."""
         slopes = self._airframe.slopes(*_state_and_controls(known))[1][:ACCELERATIONS]
         return np.column_stack([slopes, np.zeros(ACCELERATIONS)])
 
-    def _residuals(self, y, at) -> np.ndarray:
+    def _residuals(self, y: np.ndarray, at: tuple[float, float]) -> np.ndarray:
         """Accelerations F (6)."""
         altitude, gamma = at
         return self._known_accelerations(np.append(self._known(y, gamma)[0].full()[:, 0], altitude))
 
-    def _slopes(self, y, at) -> tuple[np.ndarray, np.ndarray]:
+    def _slopes(self, y: np.ndarray, at: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
         """Accelerations F (6) and their slopes (6, 9)."""
         altitude, gamma = at
         known, known_slopes = (value.full() for value in self._known(y, gamma))
         dx, slopes = self._airframe.slopes(*_state_and_controls(np.append(known[:, 0], altitude)))
         return dx[:ACCELERATIONS], slopes[:ACCELERATIONS] @ known_slopes
 
-    def _is_trim(self, y, at, lower, upper) -> bool:
+    def _is_trim(self, y: np.ndarray, at: tuple[float, float], lower: np.ndarray, upper: np.ndarray) -> bool:
         return self._is_inside(y, lower, upper) and np.abs(self._residuals(y, at)).max() <= CONVERGED_RESIDUAL
 
-    def _is_inside(self, y, lower, upper) -> bool:
+    def _is_inside(self, y: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> bool:
         slack = INSIDE * self._scale
         return bool(np.all((lower - slack <= y) & (y <= upper + slack)))
 
 
-def _state_and_controls(known) -> tuple[np.ndarray, np.ndarray]:
+def _state_and_controls(known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """State x (12) and controls u (4) of linear states, controls and altitude (13)."""
     x = np.zeros(len(STATES))
     x[LINEAR_ROWS], x[ALTITUDE] = known[: len(LINEAR_STATES)], known[-1]
@@ -272,7 +295,10 @@ def _known_values() -> ca.Function:
     return ca.Function("known_values", [y, gamma], [known, ca.jacobian(known, y)])
 
 
-def _objective(y, misses, parameters):
+Symbols = TypeVar("Symbols", ca.SX, ca.MX)
+
+
+def _objective(y: Symbols, misses: Symbols, parameters: Symbols) -> Symbols:
     """Weighted sum of beta^2, in scale units, and the cost J."""
     return parameters[2] * y[BETA] ** 2 + parameters[3] * ca.sumsqr(misses) / 2
 
@@ -291,7 +317,7 @@ def _curvature() -> ca.Function:
     return ca.Function("curvature", [x, parameters, weight, multipliers], [ca.triu(hessian)], *names)
 
 
-def _first_guess(lower, upper, rudder_deg: float = 0.0) -> np.ndarray:
+def _first_guess(lower: np.ndarray, upper: np.ndarray, rudder_deg: float = 0.0) -> np.ndarray:
     """Point inside the bounds to start from, with the rudder as near to ``rudder_deg`` as it gets.
 
     Sideslip, aileron and bank go with the rudder (SPEC 4, 13). Full throttle, since net thrust sticks at zero at a low

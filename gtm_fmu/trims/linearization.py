@@ -14,9 +14,10 @@ condition reaches 3e10 and its numerical rank depends on the tolerance more than
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
@@ -29,6 +30,11 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.trims.breakpoints import ABOVE, BELOW, DIFFERENCES, EXACT, Breakpoint, Reach, breakpoints, on_each_side
 from gtm_fmu.trims.manoeuvre import Trim
 from gtm_fmu.units import RAD_PER_DEG
+
+if TYPE_CHECKING:
+    import control
+
+    from gtm_fmu.aircraft.evaluation import FmuAirframe
 
 STATE_SCALE, INPUT_SCALE = np.array(linear_scales.STATE_SCALE), np.array(linear_scales.INPUT_SCALE)
 PBH_THRESHOLD = linear_scales.PBH_THRESHOLD
@@ -86,7 +92,7 @@ class LinearModel:
     kalman_condition: float | None
 
     @classmethod
-    def of_slopes(cls, slopes, inputs: tuple[str, ...], found: Sequence[Breakpoint] = ()) -> "LinearModel":
+    def of_slopes(cls, slopes: np.ndarray, inputs: tuple[str, ...], found: Sequence[Breakpoint] = ()) -> "LinearModel":
         """The model of [A B] (8, 8 + m) with the named inputs at a trim on these breakpoints."""
         margin, stable, growths = np.inf, True, np.empty((len(found), 2))
         for _, sides, there in on_each_side(np.asarray(slopes)[None], found):
@@ -114,7 +120,7 @@ class LinearModel:
             kalman_condition=float(np.linalg.cond(kalman)) if inputs else None,
         )
 
-    def state_space(self):
+    def state_space(self) -> "control.StateSpace":
         """The model as a python-control StateSpace whose outputs are the states."""
         import control
 
@@ -173,7 +179,9 @@ def linearize(trim: Trim, limits: ControlLimits | Failure | None = None) -> Line
     return _model(*exact_slopes(_failure_of(trim, limits)), trim, EXACT)
 
 
-def linearize_fmu(airframe, trim: Trim, limits: ControlLimits | Failure | None = None, **step: float) -> LinearModel:
+def linearize_fmu(
+    airframe: "FmuAirframe", trim: Trim, limits: ControlLimits | Failure | None = None, epsilon: float | None = None
+) -> LinearModel:
     """Linear model at a trim over an `evaluation.FmuAirframe`.
 
     By the FMU's directional derivatives if it has any, else, or where a step ``epsilon`` is given, by the paper's
@@ -185,19 +193,20 @@ def linearize_fmu(airframe, trim: Trim, limits: ControlLimits | Failure | None =
     failure = _failure_of(trim, limits)
     kept, inputs = _inputs(failure)
     columns = [*range(len(_ROWS)), *(len(_ROWS) + k for k in kept)]
-    differentiate = partial(airframe.differences, **step) if step or not airframe.has_slopes else airframe.slopes
+    is_exact = airframe.has_slopes and epsilon is None
+    differentiate = airframe.slopes if epsilon is None else partial(airframe.differences, epsilon=epsilon)
 
-    def evaluated(x, u) -> np.ndarray:
+    def evaluated(x: np.ndarray, u: np.ndarray) -> np.ndarray:
         return np.array([differentiate(*row)[1][np.ix_(_ROWS, columns)] for row in zip(x, u, strict=True)])
 
-    return _model(evaluated, inputs, trim, DIFFERENCES if step or not airframe.has_slopes else EXACT)
+    return _model(evaluated, inputs, trim, EXACT if is_exact else DIFFERENCES)
 
 
 def exact_slopes(failure: Failure) -> tuple[Slopes, tuple[str, ...]]:
     """What gives [A B] (.., 8, 8 + m) at states x (.., 12) and controls u (.., 4 or 5), and the m inputs."""
     kept, inputs = _inputs(failure)
 
-    def exact(x, u) -> np.ndarray:
+    def exact(x: np.ndarray, u: np.ndarray) -> np.ndarray:
         A, B = slopes(x, u, failure.airframe.configuration, failure.controls)
         return np.concatenate([A, B[..., kept]], axis=-1)
 
@@ -205,7 +214,7 @@ def exact_slopes(failure: Failure) -> tuple[Slopes, tuple[str, ...]]:
 
 
 def slopes(
-    x, u, configuration: Configuration | None = None, controls: tuple[str, ...] = CONTROLS
+    x: ArrayLike, u: ArrayLike, configuration: Configuration | None = None, controls: tuple[str, ...] = CONTROLS
 ) -> tuple[np.ndarray, np.ndarray]:
     """Exact A (.., 8, 8) and B (.., 8, m) at states x (.., 12) and controls u (.., 4; with a configuration 5).
 
@@ -238,12 +247,14 @@ def verdict(slopes: np.ndarray, inputs: tuple[str, ...]) -> Verdict:
     return Verdict(eigenvalues, is_stable(eigenvalues), margin)
 
 
-def is_stable(eigenvalues) -> np.ndarray:
+def is_stable(eigenvalues: ArrayLike) -> np.ndarray:
     """Whether none of the eigenvalues (.., 8) has a positive real part (..)."""
     return np.all(np.asarray(eigenvalues).real <= 0, axis=-1)
 
 
-def controllability_margin(A, B, eigenvalues, input_scale=INPUT_SCALE) -> np.ndarray:
+def controllability_margin(
+    A: np.ndarray, B: np.ndarray, eigenvalues: np.ndarray, input_scale: np.ndarray = INPUT_SCALE
+) -> np.ndarray:
     """Smallest singular value (..) of the scaled PBH matrices of the unstable modes; infinite where all are stable.
 
     A (.., n, n), B (.., n, m), eigenvalues (.., n) of A.

@@ -1,9 +1,11 @@
 """Steady manoeuvres at the public edge: what may be asked, the bounds it means, and the trim that answers."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.aircraft import airspeed
 from gtm_fmu.aircraft.failures import Failure
@@ -66,7 +68,9 @@ def bounds(
     return np.append(angles[:, 0], limits.lower), np.append(angles[:, 1], limits.upper)
 
 
-def limits_hit(y, lower, upper, airframe: solver.Airframe = solver.STUDY) -> tuple[str, ...]:
+def limits_hit(
+    y: np.ndarray, lower: np.ndarray, upper: np.ndarray, airframe: solver.Airframe = solver.STUDY
+) -> tuple[str, ...]:
     """Bounds that a point holds or exceeds, as ``alpha.upper``; of jammed and held unknowns only those it exceeds."""
     names = []
     scales = solver.scale(airframe)
@@ -79,18 +83,18 @@ def limits_hit(y, lower, upper, airframe: solver.Airframe = solver.STUDY) -> tup
     return tuple(names)
 
 
-def load_factors(x, u, configuration: Configuration | None = None) -> np.ndarray:
+def load_factors(x: ArrayLike, u: ArrayLike, configuration: Configuration | None = None) -> np.ndarray:
     """Load factor (..) of states x (.., 12) and controls u (.., 4 or 5); see `Trim.load_factor`."""
     return -_outputs(x, u, configuration)[..., OUTPUTS.index("load_z")]
 
 
-def is_idling(x, u, configuration: Configuration | None = None) -> np.ndarray:
+def is_idling(x: ArrayLike, u: ArrayLike, configuration: Configuration | None = None) -> np.ndarray:
     """Whether the engines have no net thrust (..): it sticks at zero there whatever a low throttle (SPEC 6)."""
     thrusts = [OUTPUTS.index("thrust_left"), OUTPUTS.index("thrust_right")]
     return np.all(_outputs(x, u, configuration)[..., thrusts] <= _NO_THRUST, axis=-1)
 
 
-def _outputs(x, u, configuration: Configuration | None) -> np.ndarray:
+def _outputs(x: ArrayLike, u: ArrayLike, configuration: Configuration | None) -> np.ndarray:
     """`names.OUTPUTS` (.., 15)."""
     return motion.outputs(x, u) if configuration is None else configured.outputs(x, u, configuration)
 
@@ -135,11 +139,11 @@ class Trim:
     @classmethod
     def of_unknowns(
         cls,
-        y,
+        y: np.ndarray,
         altitude_ft: float,
         gamma_deg: float,
         inside: bool,
-        hit,
+        hit: Iterable[str],
         failure: ControlLimits | Failure | None = None,
         residual: float | None = None,
     ) -> "Trim":

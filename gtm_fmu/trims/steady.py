@@ -7,6 +7,7 @@ there is a family of trims, and the one with the least sideslip is taken: beta =
 from typing import Unpack
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.aircraft import ranges
 from gtm_fmu.aircraft.failures import Failure
@@ -106,12 +107,12 @@ def _by_scan(
 
 
 def trims(
-    altitude_ft,
-    tas_kt,
-    gamma_deg,
-    turn_rate_deg_s,
+    altitude_ft: ArrayLike,
+    tas_kt: ArrayLike,
+    gamma_deg: ArrayLike,
+    turn_rate_deg_s: ArrayLike,
     limits: ControlLimits | Failure | None = None,
-    rudder_deg=None,
+    rudder_deg: ArrayLike | None = None,
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
 ) -> solver.Solutions:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -31,6 +31,9 @@ from study.commands.sensitivity import sensitivity
 from study.commands.surrogates import networks, surrogates, thrust_map
 from study.files import check_picture
 from surrogate.rudder.names import MODEL_HELP
+
+if TYPE_CHECKING:
+    from gtm_fmu.trims.manoeuvre import Trim
 
 BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
 
@@ -93,7 +96,7 @@ def _aircraft(fmu: Path | None, given: dict[str, Any]) -> Iterator[tuple[Callabl
         raise InputError(f"'{fmu}' cannot be evaluated ({error}); give a GtmDynamics.fmu built here.") from error
 
 
-def _described(found) -> dict[str, Any]:
+def _described(found: "Trim") -> dict[str, Any]:
     """A trim with its stability and controllability, which the nearest to one does not have."""
     from gtm_fmu.trims.linearization import linearize as linear_model
 
@@ -101,7 +104,7 @@ def _described(found) -> dict[str, Any]:
     return found.to_dict() | verdicts
 
 
-def _show_trim(found, as_json: bool, title: str) -> None:
+def _show_trim(found: "Trim", as_json: bool, title: str) -> None:
     from study.commands.words import trim_rows
 
     values = _described(found)

@@ -1,6 +1,7 @@
 """What the next degree costs, drawn: changes of V_min and V_max beside their slopes and the global indices."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -53,7 +54,7 @@ def plot_advice(found: Advice) -> Figure:
     return figure
 
 
-def _draw(axes, row: int, move: Move, end: int, sign: float, now_kt: float | None) -> None:
+def _draw(axes: Axes, row: int, move: Move, end: int, sign: float, now_kt: float | None) -> None:
     """One bar with its diamond."""
     to = (move.change.v_min_kt, move.change.v_max_kt)[end]
     if to is None or now_kt is None:

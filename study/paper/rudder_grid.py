@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from rich.console import Console
 
 from gtm_fmu.aircraft.ranges import WIDEST, Range
@@ -91,14 +92,16 @@ class RudderGrid:
         return np.isfinite(self.speeds_kt).all(axis=-1)
 
     @classmethod
-    def of_jams(cls, cells: Cells, v_min_kt, v_max_kt, t_min_pct=None) -> "RudderGrid":
+    def of_jams(
+        cls, cells: Cells, v_min_kt: ArrayLike, v_max_kt: ArrayLike, t_min_pct: ArrayLike | None = None
+    ) -> "RudderGrid":
         """The grid of the jams (cells); NaN where there is no envelope."""
         lowest, highest = _over_ranges(cells, v_min_kt, np.fmin), _over_ranges(cells, v_max_kt, np.fmax)
         t_min = None if t_min_pct is None else _over_ranges(cells, t_min_pct, np.fmin)
         return cls(cells, np.stack([lowest, highest], axis=-1), t_min)
 
 
-def _over_ranges(cells: Cells, jams, best: np.ufunc) -> np.ndarray:
+def _over_ranges(cells: Cells, jams: ArrayLike, best: np.ufunc) -> np.ndarray:
     """The best of the jams (cells) of every range (altitude, gamma, lower limit, upper limit)."""
     jams = np.reshape(jams, cells)
     found = np.full((*jams.shape, cells.rudder), np.nan)
