@@ -20,6 +20,7 @@ from gtm_fmu.errors import InputError
 from study.commands.advise import advise
 from study.commands.command import Commands
 from study.commands.dataset import dataset
+from study.commands.doctor import doctor
 from study.commands.explorer import explorer
 from study.commands.machine import shortage
 from study.commands.maps import maps
@@ -40,7 +41,6 @@ BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
 app = Commands(
     name="gtm-fmu",
     help="Flight envelopes of the impaired NASA Generic Transport Model: FMUs, trims, envelopes, surrogates.",
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 
@@ -284,6 +284,7 @@ app.command("thrust-map", epilog=example("thrust-map --output build/rudder_thrus
 app.command(epilog=example("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2"))(dataset)
 
 
+app.command(epilog=example("doctor --json"))(doctor)
 app.command(epilog=example("explorer --output build/explorer.html"))(explorer)
 app.add_typer(maps, name="map")
 
