@@ -17,7 +17,9 @@ test: .venv/installed
 	$(BIN)/pytest -n 2 --dist loadfile
 
 benchmarks: .venv/installed
-	for script in benchmarks/[a-z]*.py; do $(BIN)/python $$script || exit 1; done
+	for script in $(filter-out benchmarks/table.py benchmarks/compare.py,$(wildcard benchmarks/*.py)); do \
+		$(BIN)/python $$script || exit 1; done
+	$(BIN)/python benchmarks/compare.py build/benchmarks benchmarks/results
 
 # What README quotes: the results of the last `make benchmarks` on an idle machine.
 publish-benchmarks:
