@@ -71,6 +71,7 @@ def native_description(
     sources: tuple[str, ...],
     usage: tuple[str, ...],
     groups: Mapping[str, tuple[Variable, ...]],
+    later: Sequence[str],
     has_partial_derivatives: bool,
     memory: int,
     has_model_exchange: bool,
@@ -81,12 +82,15 @@ def native_description(
         sources: C files to compile.
         usage: paragraphs on what only the native FMU does.
         groups: variables that it adds, or has in place of the other's.
+        later: groups that come after the time, since they are newer than its value reference.
     """
     events = _STEP_EVENTS if has_model_exchange and model.has_step_events else ()
+    own = {**model.groups, **groups}
+    last = {group: own.pop(group) for group in later}
     return replace(
         model,
         name=name,
-        groups={**model.groups, **groups, "time": (TIME,)},
+        groups={**own, "time": (TIME,), **last},
         usage=(*model.usage, *events, *usage, _CALLS),
         implementation=Implementation(
             fmi=fmi,

@@ -8,10 +8,12 @@ import numpy as np
 
 from fmu_src.description.model_description import EXTRA, ModelDescription
 from gtm_fmu import core
+from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.simulation import Simulation
 from gtm_fmu.envelopes.envelope import envelope
-from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
+from gtm_fmu.units import KG_PER_LB, M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 
 STEP_S, STOP_S, RECORDED_EVERY = 0.02, 10.0, 5
 DOUBLETS = {"control.elevator": (1.0, 2.0, 3.0, 0.05), "control.aileron": (4.0, 4.5, 5.0, 0.03)}
@@ -74,26 +76,54 @@ def reference_simulation(model: ModelDescription) -> dict[str, bytes]:
     return _files(["time", *DOUBLETS], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
 
 
-def exact_envelope(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
-    """V_min and V_max in kn, zero without an envelope, and whether there is one."""
-    left = envelope(altitude_ft, gamma_deg, ControlLimits(rudder_deg=rudder_deg))
-    return left.v_min_kt or 0.0, left.v_max_kt or 0.0, left.feasible
-
-
-def reference_envelopes(model: ModelDescription, find: Find = exact_envelope) -> dict[str, bytes]:
+def reference_envelopes(model: ModelDescription, find: Find) -> dict[str, bytes]:
     """Inputs and results of a climb while ever less is left of the rudder, as CSV, in SI, in the folder ``extra``."""
+
+    def find_one(part: float) -> tuple[dict[str, float], tuple[float, float, bool]]:
+        altitude_ft, gamma_deg, rudder_deg = _failing_rudder(part)
+        return {}, find(altitude_ft, gamma_deg, rudder_deg)
+
+    return _reference_envelopes(model, find_one)
+
+
+def reference_failures(model: ModelDescription) -> dict[str, bytes]:
+    """The same, exact, while the ailerons fail as well and fuel is used; halfway the left elevator is lost."""
+
+    def find_one(part: float) -> tuple[dict[str, float], tuple[float, float, bool]]:
+        altitude_ft, gamma_deg, rudder_deg = _failing_rudder(part)
+        aileron_deg, fuel_used_lb, damage_case = (-20 + 8 * part, 20 - 12 * part), 8 * part, 5 if part > 0.5 else 0
+        limits = ControlLimits(rudder_deg=rudder_deg, aileron_deg=aileron_deg)
+        configuration = Configuration(damage_case=damage_case, fuel_used_lb=fuel_used_lb)
+        left = envelope(altitude_ft, gamma_deg, Failure(limits, configuration))
+        names = "limits.aileron.lower", "limits.aileron.upper", "damage.case", "fuel.used"
+        angles = (angle * RAD_PER_DEG for angle in aileron_deg)
+        given = dict(zip(names, (*angles, float(damage_case), fuel_used_lb * KG_PER_LB), strict=True))
+        return given, (left.v_min_kt or 0.0, left.v_max_kt or 0.0, left.feasible)
+
+    return _reference_envelopes(model, find_one)
+
+
+def _failing_rudder(part: float) -> tuple[float, float, tuple[float, float]]:
+    """Altitude in ft, flight path and limits of the rudder in deg; in the end a jam at 5 deg."""
+    return 2000 + 20000 * part, -3 + 5 * part, (-30 + 35 * part, 25 - 20 * part)
+
+
+def _reference_envelopes(
+    model: ModelDescription, find_one: Callable[[float], tuple[dict[str, float], tuple[float, float, bool]]]
+) -> dict[str, bytes]:
+    """By ``find_one``: further inputs in SI and the envelope in kn at a part of the whole climb."""
     inputs, results = [], []
+    more: dict[str, float] = {}
     for i in range(ENVELOPES):
-        part = i / (ENVELOPES - 1)
-        altitude_ft, gamma_deg, tas_kt = 2000 + 20000 * part, -3 + 5 * part, 90.0
-        rudder_deg = (-30 + 35 * part, 25 - 20 * part)  # in the end a jam at 5 deg
-        v_min, v_max, feasible = find(altitude_ft, gamma_deg, rudder_deg)
+        part, tas_kt = i / (ENVELOPES - 1), 90.0
+        altitude_ft, gamma_deg, rudder_deg = _failing_rudder(part)
+        more, (v_min, v_max, feasible) = find_one(part)
         condition = (altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, *rudder_deg)))
-        inputs.append([float(i), *condition, tas_kt * M_S_PER_KT])
+        inputs.append([float(i), *condition, tas_kt * M_S_PER_KT, *more.values()])
         speeds = (v_min, v_max, tas_kt - v_min, v_max - tas_kt)
         results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(feasible)])
     given = [variable.name for group in ("case", "speed") for variable in model.groups[group]]
-    return _files(["time", *given], inputs, ["time", *ENVELOPE_RESULTS], results)
+    return _files(["time", *given, *more], inputs, ["time", *ENVELOPE_RESULTS], results)
 
 
 def reference_samples(names: Sequence[str], X: np.ndarray, results: Sequence[str], Y: np.ndarray) -> dict[str, bytes]:

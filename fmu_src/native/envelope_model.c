@@ -1,46 +1,49 @@
-/* V_min and V_max of a flight condition with a failed rudder, by the core, and how far a speed is inside. */
-#include <math.h>
+/* V_min and V_max of a flight condition after a failure, by the core, and how far a speed is inside. */
 #include <string.h>
 
-#include "generated/unknowns.h"
-#include "gtm_manoeuvres.h"
+#include "gtm_failure.h"
 #include "model.h"
-
-/* The fault after FAULT_NOT_FINITE. */
-enum { FAULT_REVERSED = 2 };
-
-/* Places in the memory: the condition last asked for, and what it gave. */
-enum { CONDITION = 4 };
-typedef enum { IS_FILLED, ASKED, LOWEST = ASKED + CONDITION, HIGHEST, EXISTS } Place;
 
 /* Inputs and outputs by their places in u and y. */
 #define IN(name) ((name) - INPUTS)
 #define OUT(name) ((name) - OUTPUTS)
 
-static int find_end(const double u[], double sign, double *speed)
+/* The core takes the inputs as they are: the flight condition, and after the speed the failure. */
+enum { CASE = sizeof(gtm_failure_case) / sizeof(double), FAILURE = IN(TAS) + 1, N_FAILURE = sizeof(gtm_failure) / sizeof(double) };
+typedef char the_speed_is_between[CASE == IN(TAS) ? 1 : -1];
+typedef char inputs_fit[FAILURE + N_FAILURE == N_INPUTS ? 1 : -1];
+
+/* Places in the memory: the inputs last asked for, and what they gave. */
+typedef enum { IS_FILLED, ASKED, LOWEST = ASKED + N_INPUTS, HIGHEST, EXISTS, END } Place;
+typedef char memory_fits[(int)END == (int)N_MEMORY ? 1 : -1];
+
+/* Whether nothing but the speed has changed. */
+static int is_known(const double memory[], const double u[])
 {
-    double lower[GTM_NT], upper[GTM_NT], objective[GTM_NT] = {0}, best[GTM_NT] = {0}, violation;
-    memcpy(lower, model_lower, sizeof lower);
-    memcpy(upper, model_upper, sizeof upper);
-    lower[RUDDER] = u[IN(RUDDER_LOWER)];
-    upper[RUDDER] = u[IN(RUDDER_UPPER)];
-    objective[V] = sign;
-    const int status = gtm_envelope_end(0, GTM_ONE_THROTTLE, u[IN(ALTITUDE)], u[IN(GAMMA)], lower, upper, objective, best,
-                                        &violation);
-    *speed = best[V];
-    return status == GTM_TRIMMED;
+    return memory[IS_FILLED] && !memcmp(memory + ASKED, u, CASE * sizeof *u) &&
+           !memcmp(memory + ASKED + FAILURE, u + FAILURE, N_FAILURE * sizeof *u);
+}
+
+static int find(const double u[], double memory[])
+{
+    double speed[2];
+    int exists;
+    const int fault = gtm_failure_envelope((const gtm_failure_case *)u, (const gtm_failure *)(u + FAILURE), model_lower,
+                                           model_upper, speed, &exists);
+    if (fault) return fault;
+    memory[LOWEST] = speed[0];
+    memory[HIGHEST] = speed[1];
+    memory[EXISTS] = exists;
+    memcpy(memory + ASKED, u, N_INPUTS * sizeof *u);
+    memory[IS_FILLED] = 1;
+    return 0;
 }
 
 int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
 {
     (void)x, (void)values;
-    if (u[IN(RUDDER_LOWER)] > u[IN(RUDDER_UPPER)]) return FAULT_REVERSED;
-    if (!memory[IS_FILLED] || memcmp(memory + ASKED, u, CONDITION * sizeof *u)) {
-        memory[EXISTS] = find_end(u, 1, memory + LOWEST) && find_end(u, -1, memory + HIGHEST);
-        if (!memory[EXISTS]) memory[LOWEST] = memory[HIGHEST] = 0;
-        memcpy(memory + ASKED, u, CONDITION * sizeof *u);
-        memory[IS_FILLED] = 1;
-    }
+    const int fault = is_known(memory, u) ? 0 : find(u, memory);
+    if (fault) return fault;
     y[OUT(V_MIN)] = memory[LOWEST];
     y[OUT(V_MAX)] = memory[HIGHEST];
     y[OUT(V_MIN_STD)] = y[OUT(V_MAX_STD)] = 0;

@@ -6,8 +6,8 @@
 
 const double *instance_range_of(const Instance *i, int input, double *command)
 {
-    const int limits = model_variables[INPUTS + input].limits;
-    *command = i->now.values[INPUTS + input];
+    const int limits = model_variables[model_inputs[input]].limits;
+    *command = i->now.values[model_inputs[input]];
     return limits < 0 ? NULL : i->now.values + limits;
 }
 
@@ -25,7 +25,7 @@ static void note_excursions(Instance *i)
         const double kept = held(command, range);
         const bool is_out = fabs(command - kept) > ROUNDING;
         if (is_out && !i->now.is_held[k])
-            instance_say(i, WARNING, "%s %s is outside its limits and is held at %s (SI).", model_variables[INPUTS + k].name,
+            instance_say(i, WARNING, "%s %s is outside its limits and is held at %s (SI).", model_variables[model_inputs[k]].name,
                 SHORTEST(command), SHORTEST(kept));
         i->now.is_held[k] = is_out;
     }
@@ -43,12 +43,12 @@ bool instance_load(Instance *i, double x[], double u[], const char *consequence)
         double command;
         const double *range = instance_range_of(i, k, &command);
         if (range && range[0] > range[1]) {
-            const Variable *lower = model_variables + model_variables[INPUTS + k].limits;
+            const Variable *lower = model_variables + model_variables[model_inputs[k]].limits;
             instance_say(i, DISCARD, "%s %s is above %s %s (SI). %s", lower[0].name, SHORTEST(range[0]), lower[1].name,
                 SHORTEST(range[1]), consequence);
             return false;
         }
-        u[k] = held(command, range) / model_variables[INPUTS + k].scale;
+        u[k] = held(command, range) / model_variables[model_inputs[k]].scale;
     }
     for (int k = 0; k < N_STATES; k++) x[k] = values[STATES + k] / model_variables[STATES + k].scale;
     note_excursions(i);

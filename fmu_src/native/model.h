@@ -32,6 +32,9 @@ typedef struct {
 
 extern const Variable model_variables[N_VARIABLES];
 
+/* Value references of the inputs, in the order of u. The first ones follow each other from INPUTS on. */
+extern const int model_inputs[ROOM(N_INPUTS)];
+
 /* What is wrong, in one sentence, by fault; 0 is none, 1 that a number is not finite. */
 enum { FAULT_NOT_FINITE = 1 };
 extern const char *const model_faults[N_FAULTS];

@@ -13,7 +13,7 @@ static int column_of(const Instance *i, unsigned known, double *factor)
     for (int k = 0; k < N_INPUTS; k++) {
         double command;
         const double *range = instance_range_of(i, k, &command), *value = i->now.values + known;
-        if ((int)known == INPUTS + k)
+        if ((int)known == model_inputs[k])
             *factor = !range || (range[0] < range[1] && range[0] <= command && command <= range[1]);
         else if (range && value == range) *factor = command < range[0];
         else if (range && value == range + 1) *factor = command > range[1];
@@ -38,7 +38,7 @@ static Status update_jacobian(Instance *i)
     for (int row = 0; row < N_UNKNOWNS && !fault; row++)
         for (int column = 0; column < N_KNOWNS && !fault; column++) {
             const Variable *unknown = model_variables + (row < N_STATES ? DERIVATIVES + row : OUTPUTS + row - N_STATES);
-            const Variable *known = model_variables + (column < N_STATES ? STATES + column : INPUTS + column - N_STATES);
+            const Variable *known = model_variables + (column < N_STATES ? STATES + column : model_inputs[column - N_STATES]);
             double *slope = jacobian + row * N_KNOWNS + column;
             *slope *= unknown->scale / known->scale;
             if (!isfinite(*slope)) fault = FAULT_NOT_FINITE;

@@ -88,7 +88,7 @@ static unsigned settable_modes(const Variable *variable)
 {
     switch (variable->kind) {
     case STATE: return INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS;
-    case INPUT: return INSTANTIATED | INITIALIZATION | INITIALIZED;
+    case INPUT: return INSTANTIATED | INITIALIZATION | STEP | EVENT | (variable->is_boolean ? 0 : CONTINUOUS);
     case PARAMETER: return INSTANTIATED | INITIALIZATION | (variable->starts < 0 ? STEP | EVENT : 0);
     default: return 0;
     }

@@ -20,7 +20,12 @@ from fmu_src.description.native_variables import (
     native_description,
     start_parameters,
 )
-from fmu_src.description.reference_results import reference_envelopes, reference_flight, reference_simulation
+from fmu_src.description.reference_results import (
+    reference_envelopes,
+    reference_failures,
+    reference_flight,
+    reference_simulation,
+)
 from fmu_src.packing.archive import content_id
 from fmu_src.packing.compiler import Platform, all_binaries, host_binary
 from fmu_src.packing.native_sources import header_licence, source_files, standard_headers, variable_table, with_prefix
@@ -107,6 +112,8 @@ class NativeModel:
     """C files that are written for it."""
     usage: tuple[str, ...] = ()
     groups: Mapping[str, tuple[Variable, ...]] = field(default_factory=dict)
+    later: tuple[str, ...] = ()
+    """Groups that come after the time."""
     has_partial_derivatives: bool = False
     memory: int = 0
     has_model_exchange: bool = True
@@ -121,7 +128,7 @@ class NativeModel:
         nothing = () if self.defers else ("nothing_deferred.c",)
         sources = source_files((*SHARED, derivatives, *nothing, *self.native), self.core, fmi) | dict(self.written)
         to_compile = tuple(sorted(name for name in (*sources, "variables.c") if name.endswith(".c")))
-        added = self.usage, self.groups, self.has_partial_derivatives, self.memory, self.has_model_exchange
+        added = self.usage, self.groups, self.later, self.has_partial_derivatives, self.memory, self.has_model_exchange
         name = sibling.name if sibling.origin else f"{sibling.name}Native{'' if fmi == 2 else fmi}"
         model = native_description(sibling, name, fmi, to_compile, *added)
         return NativeContents(model, self.faults, sources, reference(model))
@@ -157,16 +164,18 @@ def dynamics_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
 
 def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     """GtmEnvelopeNative in FMI 2.0 or GtmEnvelopeNative3 in FMI 3.0."""
-    from fmu_src.description.envelope_variables import ENVELOPE_FAULTS, MEMORY, envelope_description
+    from fmu_src.description.envelope_variables import MEMORY, envelope_description
+    from fmu_src.slaves.failure_faults import FAILURE_FAULTS
 
     refuse_networks("envelope", networks)
     native = NativeModel(
-        faults=ENVELOPE_FAULTS,
+        faults=FAILURE_FAULTS,
         native=("envelope_model.c", "stateless.c"),
         core=WHOLE,
+        later=("failure",),
         memory=MEMORY,
     )
-    return native.contents(envelope_description(), fmi, reference_envelopes)
+    return native.contents(envelope_description(), fmi, reference_failures)
 
 
 def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:

@@ -131,9 +131,10 @@ def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -
     counts = {"N_VARIABLES": len(variables), "N_FAULTS": len(faults)}
     for array, name in _ARRAYS.items():
         places = [place for place, found in enumerate(kinds) if found == name]
-        if places != list(range(min(places, default=0), min(places, default=0) + len(places))):
+        if name != "INPUT" and places != list(range(min(places, default=0), min(places, default=0) + len(places))):
             raise ValueError(f"The variables of kind {name} do not follow each other.")
         counts |= {array: min(places, default=0), f"N_{array}": len(places)}
+    inputs = [str(place) for place, found in enumerate(kinds) if found == "INPUT"]
     counts |= {"TIME_REFERENCE": kinds.index("TIME"), "N_MEMORY": model.implementation.memory}
     deferred = [place for place, variable in enumerate(variables) if variable.deferred]
     if deferred != list(range(min(deferred, default=0), min(deferred, default=0) + len(deferred))):
@@ -159,6 +160,7 @@ def variable_table(model: ModelDescription, faults: Sequence[str], token: str) -
     table = (
         '#include <math.h>\n\n#include "model.h"\n\n'
         f"const Variable model_variables[N_VARIABLES] = {{\n{rows}}};\n\n"
+        f"const int model_inputs[] = {{{', '.join(inputs or ['0'])}}};\n\n"
         f"const char *const model_faults[N_FAULTS] = {{\n{sentences}}};\n"
         + "".join(f"\n{name}[] = {{{', '.join(map(_number, values))}}};\n" for name, values in constants)
     )

@@ -1,7 +1,7 @@
 """What the slaves of an envelope share, exact or learnt. It runs in the Python of the host."""
 
 from math import isfinite
-from operator import mul, truediv
+from operator import mul
 from typing import Any, NamedTuple
 
 from .slave import ROUNDING, TableSlave, shortest
@@ -26,17 +26,24 @@ def is_inside(values: list[float], ranges: list[tuple[float, float]]) -> bool:
 
 
 class EnvelopeSlave(TableSlave):
-    """V_min, V_max and margins of a failed rudder; `find` is asked only when the case has changed."""
+    """V_min, V_max and margins after a failure; `find` is asked only when the case has changed."""
+
+    case_groups: tuple[str, ...] = ("case",)
+    """Groups of the inputs that make a case."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Find the places of the variables."""
         super().__init__(**kwargs)
-        self.case, self.results = self.group("case"), self.group("envelope")
+        self.case = [place for name in self.case_groups for place in range(len(self.names))[self.group(name)]]
+        self.case_scales = [self.table["scales"][place] for place in self.case]
+        self.results = self.group("envelope")
         self.place = {name: place for place, name in enumerate(self.names)}
         self.found: tuple[list[float], Found] | None = None
 
-    def find(self, case: list[float]) -> Found:
-        """The envelope of altitude, gamma, rudder.lower and rudder.upper in the units of their variables."""
+    def find(self, case: list[float]) -> Found | str:
+        """The envelope of a case (altitude, gamma, rudder.lower and rudder.upper, then others) in the units of its
+        variables, or what is wrong with it.
+        """
         raise NotImplementedError
 
     def compute(self) -> str | None:
@@ -46,9 +53,12 @@ class EnvelopeSlave(TableSlave):
         if lower > upper:
             low, high = shortest(lower), shortest(upper)
             return f"The rudder limits are reversed: lower {low} is above upper {high} rad."
-        case = list(map(truediv, values[self.case], scales[self.case]))
+        case = [values[place] / scale for place, scale in zip(self.case, self.case_scales, strict=True)]
         if self.found is None or self.found[0] != case:
-            self.found = case, self.find(case)
+            answer = self.find(case)
+            if isinstance(answer, str):
+                return answer
+            self.found = case, answer
         found = self.found[1]
         results = list(map(mul, found.speeds, scales[self.results]))
         tas = values[place["tas"]]

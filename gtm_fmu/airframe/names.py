@@ -89,3 +89,12 @@ SIMULATION_OUTPUTS = (
     *(f"{control}_{end}" for control in CONTROLS for end in ("least", "greatest")),
 )
 """After `OUTPUTS`: deg, %, lb/min, and what is left of each control."""
+
+FAILURE = (
+    *(f"{control}_{end}" for control in (*CONTROLS, "throttle_left", "throttle_right") for end in ("lower", "upper")),
+    *("alpha_lower", "alpha_upper", "bank_lower", "bank_upper"),
+    *("has_two_throttles", "damage_case", "engine_left_running", "engine_right_running"),
+    *("stabilizer", "flaps", "spoilers", "gear", "fuel_used"),
+)
+"""What a failure leaves for steady manoeuvres, as plain numbers: limits as the controls, rad; deg, lb
+(``gtm_failure`` of gtm_failure.h)."""

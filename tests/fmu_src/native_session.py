@@ -77,6 +77,12 @@ class Session:
         assert self.call("GetBoolean", asked, n, values, *counts) == OK, self.messages
         return [bool(value) for value in values]
 
+    def set_flag(self, name: str, value: bool) -> int:
+        """Set a Boolean variable."""
+        kind, n = c_int if self.fmi == 2 else c_bool, c_size_t(1)
+        counts = (n,) if self.fmi == 3 else ()
+        return self.call("SetBoolean", references([self.names[name]]), n, byref(kind(value)), *counts)
+
     def continuous(self, function: str, values) -> tuple[int, list[float]]:
         """A function of continuous states: ContinuousStates and such."""
         buffer = doubles(values)

@@ -23,7 +23,7 @@ def live(session):
     variables = session.description.modelVariables
     computed = [v.name for v in variables if v.causality == "output" and v.type != "Boolean"]
     flags = [v.name for v in variables if v.type == "Boolean"]
-    inputs = [v for v in variables if v.causality == "input"]
+    inputs = [v for v in variables if v.causality == "input" and v.type != "Boolean"]
     starts = [session.starts[v.name] for v in inputs]
     session.initialize(is_exited=False)
     tell(session.get_named(*computed))

@@ -1,0 +1,53 @@
+/* What a failure leaves of the aircraft, as plain numbers, and envelopes under it: what an FMU is told.
+
+   Units as in gtm_core.h. The numbers are in the order of names.py: FAILURE. */
+#ifndef GTM_FAILURE_H
+#define GTM_FAILURE_H
+
+#include "gtm_manoeuvres.h"
+
+typedef struct {
+    double limits[GTM_NU][2];               /* inside which each control is held: lower, upper */
+    double engine_limits[2][2];             /* of each engine's throttle, left and right, besides those of both */
+    double alpha[2], bank[2];               /* rad */
+    double has_two_throttles;               /* whether each engine has a throttle of its own */
+    double damage_case;                     /* SPEC 10.5 */
+    double engine_running[2];               /* left, right */
+    double stabilizer, flaps, spoilers;     /* deg, all panels alike */
+    double gear;                            /* 0 up .. 1 down */
+    double fuel_used;                       /* lb */
+} gtm_failure;
+
+/* What is wrong with it. GTM_REVERSED + k: of its k-th pair, lower is above upper. */
+enum gtm_failure_fault {
+    GTM_LEFT = 0,
+    GTM_REVERSED = 2,
+    GTM_NO_THROTTLE = GTM_REVERSED + 8,     /* none is inside the limits of both engines and of each that it drives */
+    GTM_BAD_DAMAGE,                         /* no whole number, or no such case */
+    GTM_BAD_AIRFRAME,                       /* stabiliser, flaps, spoilers, gear or fuel out of range */
+    GTM_RUDDER_REVERSED,                    /* of a case */
+    GTM_NO_RUDDER                           /* no deflection is inside the limits of a case and of its failure */
+};
+
+/* What the solvers take: bounds of a steady manoeuvre, and the airframe. */
+typedef struct {
+    enum gtm_throttles throttles;
+    double lower[GTM_TWO_THROTTLE_NT], upper[GTM_TWO_THROTTLE_NT];
+    int is_study;                           /* the study's airframe, which the solvers know best */
+    gtm_configuration configuration;        /* if not */
+} gtm_remainder;
+
+/* Bounds lower[9] and upper[9] of the undamaged aircraft give those of V, beta and psi_dot. */
+GTM_API int gtm_take_failure(const gtm_failure *f, const double lower[GTM_NT], const double upper[GTM_NT],
+                             gtm_remainder *left);
+
+/* A flight condition, and limits of the rudder besides those of the failure. */
+typedef struct {
+    double altitude, gamma, rudder[2];      /* ft, rad, deg */
+} gtm_failure_case;
+
+/* V_min and V_max (ft/s), zero where there is no envelope, and whether there is one; an enum gtm_failure_fault. */
+GTM_API int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
+                                 const double upper[GTM_NT], double speed[2], int *is_feasible);
+
+#endif
