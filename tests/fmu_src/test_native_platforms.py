@@ -16,6 +16,7 @@ import pytest
 from fmu_src import build
 from fmu_src.packing import compiler
 from fmu_src.packing.native_sources import standard_headers
+from gtm_fmu.airframe.names import FAILURE
 from gtm_fmu.errors import InputError
 from tests.fmu_src.native_flight import NU, U, X
 
@@ -37,7 +38,10 @@ ENVELOPES = [
     for condition in CONDITIONS
     for command in (*(f"s {k} {value!r}" for k, value in enumerate(condition)), "g 5", "g 6")
 ]
-"""What the host is told: two seconds with moving controls, then the states; V_min and V_max of some conditions."""
+FAILURES = [*ENVELOPES, f"s {14 + FAILURE.index('damage_case')} 5", "g 5", "g 6"]
+"""What the host is told: two seconds with moving controls, then the states; V_min and V_max of some conditions, and
+without the left elevator.
+"""
 
 
 def zig(folder: Path, target: str, output: str) -> None:
@@ -101,7 +105,7 @@ def expected(own_answers) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def expected_envelopes(own_answers) -> np.ndarray:
-    return own_answers("envelope-native", ENVELOPES)
+    return own_answers("envelope-native", FAILURES)
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +130,7 @@ def test_host_without_python(expected, expected_envelopes):
     assert np.isfinite(expected).all()
     assert abs(expected[9]) > 0.01  # rad: the controls have moved the aircraft
     v_min, v_max = expected_envelopes.reshape(-1, 2).T
+    assert v_max[-1] < v_max[-2]  # of the last condition, without the left elevator
     assert (v_min > 0).all()
     assert (v_min < v_max).all()
 
@@ -206,13 +211,13 @@ class TestAllPlatforms:
         got = answers(host, unpacked / place / "GtmDynamicsNative.so", FLIGHT)
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
         others = (
-            ("envelope-native", [], expected_envelopes),
-            ("surrogate-native", networks[2], expected_surrogates),
-            ("thrust-map-native", [], expected_by_map),
+            ("envelope-native", [], FAILURES, expected_envelopes),
+            ("surrogate-native", networks[2], ENVELOPES, expected_surrogates),
+            ("thrust-map-native", [], ENVELOPES, expected_by_map),
         )
-        for name, files, values in others:
+        for name, files, orders, values in others:
             library = built_for("aarch64-linux", name, files, tmp_path, monkeypatch)
-            np.testing.assert_allclose(answers(host, library, ENVELOPES), values, rtol=1e-12)
+            np.testing.assert_allclose(answers(host, library, orders), values, rtol=1e-12)
 
 
 class TestPlatformThatCannotBeBuilt:

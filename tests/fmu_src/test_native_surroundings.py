@@ -35,7 +35,8 @@ def live(session):
     time = 0.0
     for share in (0.0, 0.3, 1.0, -0.7, 0.0):
         values = [start + share * (start or 0.1) for start in starts]
-        allowed = [min(max(x, v.min or -1e9), v.max or 1e9) for x, v in zip(values, map(bounds, inputs))]
+        values = [5.0 * (share == 1) if v.name == "damage.case" else x for x, v in zip(values, inputs)]
+        allowed = [min(max(x, v.min), v.max) for x, v in zip(values, map(bounds, inputs))]
         session.set([v.valueReference for v in inputs], allowed)
         if session.kind == "cs":
             session.step(time, 0.05)
@@ -66,7 +67,8 @@ def live(session):
 
 class bounds:
     def __init__(self, variable):
-        self.min, self.max = (None if end is None else float(end) for end in (variable.min, variable.max))
+        self.min = -1e9 if variable.min is None else float(variable.min)
+        self.max = 1e9 if variable.max is None else float(variable.max)
 
 
 told = []
