@@ -115,16 +115,9 @@ def write_headers(folder: Path) -> None:
     unknowns, whose names have no prefix.
     """
     arrays = {
-        **{
-            "NX": STATES,
-            "NL": LINEAR_STATES,
-            "NU": CONTROLS,
-            "NY": OUTPUTS,
-            "NC": COEFFICIENTS,
-            "NK": LOOKUPS,
-            "NF": ACCELERATED,
-        },
-        **{"NT": TRIM_UNKNOWNS, "TWO_THROTTLE_NU": TWO_THROTTLE_CONTROLS, "TWO_THROTTLE_NT": TWO_THROTTLE_UNKNOWNS},
+        **{"NX": STATES, "NL": LINEAR_STATES, "NU": CONTROLS, "NY": OUTPUTS, "NC": COEFFICIENTS, "NK": LOOKUPS},
+        **{"NF": ACCELERATED, "NT": TRIM_UNKNOWNS},
+        **{"TWO_THROTTLE_NU": TWO_THROTTLE_CONTROLS, "TWO_THROTTLE_NT": TWO_THROTTLE_UNKNOWNS},
     }
     parts = {
         **{"AERODYNAMIC": AERODYNAMIC, "COMMANDED": COMMANDED, "SPOILERS": SPOILERS, "FLAPS": FLAPS},

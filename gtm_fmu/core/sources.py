@@ -34,6 +34,7 @@ LAYERS = {
         "solver/descent.c",
     ),
     "trims, ends and grids": (
+        "solver/rudder_curve.c",
         "solver/trim.c",
         "solver/ends.c",
         "solver/grid.c",

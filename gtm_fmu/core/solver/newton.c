@@ -7,7 +7,7 @@
 static const double converged = 1e-11; /* largest acceleration, ft/s^2 and rad/s^2 */
 static const double nearly = 1e-4;     /* so near, one more step converges */
 static const double floor_of_rounding = 1e-9;
-enum { MOST_ITERATIONS = 40, MOST_WORSE = 8 };
+enum { MOST_ITERATIONS = 40, MOST_WORSE = 8, MOST_STOPPED = 4 };
 
 int gtm_keeps(const gtm_problem *p, const int held[3], int *is_kept)
 {
@@ -36,7 +36,7 @@ int gtm_newton(const gtm_problem *p, double *y, const int held[3])
     const int is_joined = moving > GTM_NF; /* the throttles, which come last */
 
     double best = INFINITY;
-    int worse = 0;
+    int worse = 0, stopped = 0; /* iterations one after the other: without progress, at the end of a range */
     for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
         double F[GTM_NF + 1], J[GTM_NF * GTM_MOST_UNKNOWNS], A[GTM_NF * GTM_NF];
         if (best < nearly) { /* this is the end unless a kink is in the way, and needs no slopes */
@@ -63,11 +63,16 @@ int gtm_newton(const gtm_problem *p, double *y, const int held[3])
             if (length * shorten > 1) shorten = 1 / length;
         }
         if (worse > 3) shorten *= 0.5;
+        int is_stopped = 0;
         for (int k = 0; k < moving; k++) {
             const int i = free_one[k];
             const double most = i == ALPHA ? p->highest_alpha : aircraft->most[i];
-            y[i] = fmin(fmax(y[i] - shorten * F[k], aircraft->least[i]), most);
+            const double before = y[i];
+            y[i] = fmin(fmax(before - shorten * F[k], aircraft->least[i]), most);
+            is_stopped |= y[i] == before && F[k] != 0;
         }
+        stopped = is_stopped ? stopped + 1 : 0;
+        if (stopped > MOST_STOPPED) return 1;
     }
     return 1;
 }

@@ -5,6 +5,7 @@
 
 #include "solver/cold_start.h"
 #include "solver/descent.h"
+#include "solver/rudder_curve.h"
 
 enum { SCANNED = 48 };
 
@@ -192,12 +193,26 @@ static point trim_holding(const gtm_problem *p, const double *lower, const doubl
     return at;
 }
 
-/* Another sideslip than that of `near`, which is no trim inside the bounds; the rudder may be scanned, too. */
-static point trim_at_other_sideslip(const gtm_problem *p, const double *lower, const double *upper, const int given[2],
-                                    const point *near, int may_scan)
+/* The trim with the rudder as near to zero as it goes. */
+static point trim_at_least_rudder(const gtm_problem *p, const double *lower, const double *upper, const int given[2])
 {
+    const int held[3] = {given[0], given[1], RUDDER};
+    return trim_holding(p, lower, upper, held);
+}
+
+/* Another sideslip than that of `near`, which is no trim inside the bounds. */
+static point trim_at_other_sideslip(const gtm_problem *p, const double *lower, const double *upper, const int given[2],
+                                    const point *near)
+{
+    point along = {GTM_NO_TRIM, {0}, INFINITY}, start = *near;
+    int is_sure = 0;
+    if (start.status == GTM_NO_TRIM) start = trim_at_least_rudder(p, lower, upper, given);
+    if (start.status != GTM_NO_TRIM)
+        along.status = gtm_follow_rudder(p, lower, upper, given, start.y, along.y, &along.violation, &is_sure);
+    if (is_sure) return along;
     point found = least_sideslip(p, lower, upper, given);
-    if (found.status == GTM_TRIMMED || !may_scan) return found;
+    if (is_better(&along, &found)) found = along;
+    if (found.status == GTM_TRIMMED) return found;
     if (gtm_scan_rudder(p, lower, upper, given, near->y, found.y) == GTM_TRIMMED) {
         found.status = GTM_TRIMMED;
         found.violation = gtm_violation(p, found.y, lower, upper);
@@ -215,9 +230,8 @@ int gtm_find_trim(const gtm_problem *p, const double *lower, const double *upper
 
     point at = trim_holding(p, lower, upper, held);
     /* With the rudder held the point of the manifold is unique, else another sideslip may lie inside the bounds. */
-    const int is_unique = is_settled && at.status == GTM_OUTSIDE;
-    if (at.status != GTM_TRIMMED && !is_unique) {
-        point other = trim_at_other_sideslip(p, lower, upper, held, &at, !is_settled);
+    if (at.status != GTM_TRIMMED && !is_settled) {
+        point other = trim_at_other_sideslip(p, lower, upper, held, &at);
         if (other.status == GTM_TRIMMED) gtm_join_throttles(p, lower, upper, other.y);
         if (other.status != GTM_NO_TRIM) at = other;
     }

@@ -7,7 +7,7 @@ import pytest
 
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
-from gtm_fmu.airframe.names import OUTPUTS, PSI_DOT, V
+from gtm_fmu.airframe.names import BETA, OUTPUTS, PSI_DOT, RUDDER, V
 from gtm_fmu.core import motion, query, solver
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.library import library
@@ -106,3 +106,32 @@ def test_an_engine_that_is_out_has_no_thrust():
     assert (glides["status"] != solver.NO_TRIM).any()
     assert not glides["thrust"].any()
     assert not glides["thrust_margin"].any()
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        ControlLimits(rudder_deg=(-10, 5)),
+        ControlLimits(rudder_deg=(12, 20)),
+        ControlLimits(aileron_deg=(3, 5)),
+        ControlLimits(rudder_deg=(-15, 10), throttle_pct=(30, 60)),
+        ControlLimits(elevator_deg=(0, 3)),
+    ],
+    ids=str,
+)
+def test_a_manoeuvre_is_feasible_if_any_deflection_is(limits):
+    """Every quarter of a degree of the rudder, each a jam: none is missed, none has less sideslip."""
+    failure = Failure(limits)
+    altitude, gamma, lower, upper = asked(failure, 60, 6)
+    answers = query.query(altitude, gamma, lower, upper)
+    feasible = answers["status"] == solver.TRIMMED
+    deflections = np.linspace(*limits.rudder_deg, int(4 * np.ptp(limits.rudder_deg)) + 1)
+    count = len(deflections)
+    jam = [np.repeat(values, count, axis=0) for values in (altitude, gamma, lower, upper)]
+    jam[2][:, RUDDER] = jam[3][:, RUDDER] = np.tile(deflections, len(altitude))
+    found = solver.trims(*jam)
+    trimmed = (found.status == solver.TRIMMED).reshape(-1, count)
+    assert 5 < trimmed.any(axis=1).sum() < 60
+    assert not np.any(trimmed.any(axis=1) & ~feasible)
+    sideslip = np.where(trimmed, np.abs(found.y[:, BETA]).reshape(-1, count), np.inf).min(axis=1)
+    assert np.all(np.abs(answers["y"][feasible, BETA]) <= sideslip[feasible] + 1e-9)
