@@ -7,7 +7,8 @@
 #include "solver/newton.h"
 
 static const double step = 5;               /* deg between the points of the curve that are solved first */
-enum { MOST_REFINED = 40 };
+enum { MOST_REFINED = 40, SMALLER = 4 };
+static const double near = 1.5;             /* scaled units of violation, more than it changes over half a step */
 static const double enough = 1e-9;          /* scaled units of violation: so much less is not sought */
 static const double narrow = 0.1;           /* deg: between so near trims the violation is convex */
 
@@ -149,17 +150,48 @@ static void find_edge(curve *c, const double *outside)
     }
 }
 
-/* What lies between two neighbouring trims, the second with it; the first is outside the bounds. */
+static void refine_between(curve *c, const double *a, const double *b)
+{
+    if (a[RUDDER] < b[RUDDER]) refine(c, a, b);
+    else refine(c, b, a);
+}
+
+/* What lies between two neighbouring trims, the second with it; the first is outside the bounds. Few trims inside
+   between two outside are looked for where these are near the bounds. */
 static void search_between(curve *c, const double *at, const double *next)
 {
+    const double excess = gtm_violation(c->problem, at, c->lower, c->upper);
     keep_better(c, next);
     try_crossings(c, at, next);
     if (c->status == GTM_TRIMMED) {
         find_edge(c, at);
-        return;
+    } else if (fmin(excess, gtm_violation(c->problem, next, c->lower, c->upper)) < near) {
+        refine_between(c, at, next);
+        if (c->status == GTM_TRIMMED) c->is_sure = 0; /* there may be others beside them */
     }
-    refine(c, at[RUDDER] < next[RUDDER] ? at : next, at[RUDDER] < next[RUDDER] ? next : at);
-    if (c->status == GTM_TRIMMED) c->is_sure = 0; /* the trims inside are few, and there may be others beside them */
+}
+
+/* Where all trims are outside: look about the one that is nearest to the bounds, with smaller steps. */
+static void look_about(curve *c)
+{
+    double points[2 * SMALLER + 1][GTM_MOST_UNKNOWNS];
+    int first = SMALLER, last = SMALLER, nearest = SMALLER;
+    memcpy(points[SMALLER], c->y, row_of(c));
+    for (int direction = -1; direction <= 1; direction += 2)
+        for (int k = 1, at = SMALLER; k <= SMALLER; k++, at += direction) {
+            double *next = points[at + direction];
+            const double rudder = points[SMALLER][RUDDER] + direction * k * step / SMALLER;
+            memcpy(next, points[at], row_of(c));
+            if (solve_at(c, fmin(fmax(rudder, c->lower[RUDDER]), c->upper[RUDDER]), 0, next)) break;
+            if (next[RUDDER] == points[at][RUDDER]) break;
+            const double before = c->violation;
+            keep_better(c, next);
+            if (c->violation < before) nearest = at + direction;
+            if (direction < 0) first = at + direction;
+            else last = at + direction;
+        }
+    if (nearest > first) refine_between(c, points[nearest - 1], points[nearest]);
+    if (nearest < last) refine_between(c, points[nearest], points[nearest + 1]);
 }
 
 /* From a trim to the end of the rudder's range, or to the first trims inside the bounds. */
@@ -203,6 +235,7 @@ int gtm_follow_rudder(const gtm_problem *p, const double *lower, const double *u
         keep_better(&c, below);
         c.is_sure &= other.is_sure;
     }
+    if (c.status == GTM_OUTSIDE && c.is_sure) look_about(&c);
     *violation = c.violation;
     *is_sure = c.is_sure;
     return c.status;
