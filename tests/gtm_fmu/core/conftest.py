@@ -23,3 +23,14 @@ def toy(tmp_path_factory) -> ctypes.CDLL:
     flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", f"-I{core}"]
     subprocess.run([compiler, *flags, *sources, "-o", path, "-lm"], check=True)
     return ctypes.CDLL(str(path))
+
+
+@pytest.fixture
+def draggy(toy):
+    """Lets sideslip make drag until the test ends: throttle per square degree of rudder, and the rudder without any."""
+
+    def set_drag(per_square_deg: float, rudder_without: float) -> None:
+        toy.toy_set_drag(ctypes.c_double(per_square_deg), ctypes.c_double(rudder_without))
+
+    yield set_drag
+    set_drag(0.0, 0.0)

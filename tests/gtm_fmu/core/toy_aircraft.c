@@ -1,7 +1,8 @@
 /* An aircraft in closed form, handed to the solver as the GTM-T2 is, and the solver's parts on plain arrays.
 
    Steady manoeuvres: throttle = 10 + (V - 100)^2 / 50, beta = 0.002 rudder (1 + V / 300), alpha = 900 / V^2,
-   V psi_dot = 32 tan phi, aileron = -rudder / 2 (-rudder beyond 10 deg: a kink), elevator = 3 - 20 alpha. */
+   V psi_dot = 32 tan phi, aileron = -rudder / 2 (-rudder beyond 10 deg: a kink), elevator = 3 - 20 alpha.
+   With `toy_set_drag` sideslip makes drag: throttle grows by drag (rudder - without)^2. */
 #include <math.h>
 #include <string.h>
 
@@ -19,12 +20,14 @@ static const double longest[GTM_MOST_UNKNOWNS] = {60, 0.1, 0.1, 0.2, 0.25, 10, 1
 static const double least[GTM_MOST_UNKNOWNS] = {20, -0.5, -0.7, -3, -1.4, -60, -60, -60, -60, -60};
 static const double most[GTM_MOST_UNKNOWNS] = {600, 0.5, 0.7, 3, 1.4, 60, 60, 60, 400, 400};
 static const double kink = 10; /* deg of rudder */
+static double drag = 0, without = 0;
 
 static void residual(const gtm_problem *p, const double *y, double F[GTM_NF])
 {
     (void)p;
     const double beyond = y[RUDDER] > kink ? y[RUDDER] - kink : 0;
-    F[0] = y[THROTTLE] - 10 - (y[V] - 100) * (y[V] - 100) / 50;
+    F[0] = y[THROTTLE] - 10 - (y[V] - 100) * (y[V] - 100) / 50
+           - drag * (y[RUDDER] - without) * (y[RUDDER] - without);
     F[1] = 100 * (y[BETA] - 0.002 * y[RUDDER] * (1 + y[V] / 300));
     F[2] = (y[ALPHA] * y[V] * y[V] - 900) / 30;
     F[3] = y[V] * y[PSI_DOT] - 32 * tan(y[PHI]);
@@ -39,6 +42,7 @@ static void jacobian(const gtm_problem *p, const double *y, double F[GTM_NF], do
     memset(J, 0, sizeof *J * GTM_NF * (size_t)n);
     J[0 * n + THROTTLE] = 1;
     J[0 * n + V] = -(y[V] - 100) / 25;
+    J[0 * n + RUDDER] = -2 * drag * (y[RUDDER] - without);
     J[1 * n + BETA] = 100;
     J[1 * n + RUDDER] = -0.2 * (1 + y[V] / 300);
     J[1 * n + V] = -0.2 * y[RUDDER] / 300;
@@ -80,6 +84,12 @@ static const gtm_aircraft toy = {
 };
 
 static const gtm_problem problem = {&toy, GTM_ONE_THROTTLE, GTM_NT, {0}, 0.5, 0.002, 60};
+
+void toy_set_drag(double per_square_deg, double rudder_without)
+{
+    drag = per_square_deg;
+    without = rudder_without;
+}
 
 void toy_jacobian(const double *y, double *F, double *J)
 {
@@ -182,7 +192,7 @@ int toy_pieces(double lower, double upper, int most, double *border)
 }
 
 long toy_grid(const double *lower, const double *upper, long speeds, const double *speed, long rates, const double *rate,
-              const double *seed, unsigned char *feasible, double *y)
+              long seeds, const double *seed, unsigned char *feasible, double *y)
 {
-    return gtm_find_grid(&problem, lower, upper, speeds, speed, rates, rate, 1, seed, feasible, y);
+    return gtm_find_grid(&problem, lower, upper, speeds, speed, rates, rate, seeds, seed, feasible, y);
 }
