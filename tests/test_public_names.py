@@ -42,18 +42,12 @@ def test_estimators_without_torch():
     assert set(ESTIMATORS) < set(surrogate.__all__)
 
 
-@pytest.mark.parametrize(("package", "milliseconds"), [("gtm_fmu", 100), ("surrogate", 500)])
-def test_import_is_quick(package, milliseconds):
-    """Processor time; 10 and 70 ms were measured. With everything behind the names it is about 2 s."""
-    program = f"""
-import sys
-from time import process_time
-begin = process_time()
-import {package}
-print(process_time() - begin, 'scipy' in sys.modules, 'sklearn' in sys.modules)"""
-    seconds, *imported = run(program).split()
-    assert 1000 * float(seconds) < milliseconds
-    assert imported == ["False", "False"]
+@pytest.mark.parametrize("package", ["gtm_fmu", "surrogate"])
+def test_import_loads_no_library(package):
+    """What stands behind the names comes when it is asked for."""
+    listed = f"import sys\nbefore = set(sys.modules)\nimport {package}\nprint(*set(sys.modules) - before)"
+    loaded = {name.partition(".")[0] for name in run(listed).split()} - sys.stdlib_module_names
+    assert loaded == {package}
 
 
 def test_no_module_hides_a_function():

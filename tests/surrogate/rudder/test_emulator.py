@@ -109,13 +109,16 @@ class TestPrediction:
             case[2:].sort()
             found = SimpleNamespace(**emulator.predict_one(*case[:2], tuple(case[2:])))
             (v_min, v_max), (t_min,) = emulator.speeds.predict(case), emulator.throttle.predict(case)
-            assert found.t_min_pct == t_min
+            assert found.t_min_pct == pytest.approx(t_min, rel=1e-12)
             assert found.feasible == (t_min <= 100 and v_min <= v_max)
             assert found.in_domain
             speeds = [found.v_min_kt, found.v_max_kt]
             deviations = [found.v_min_std_kt, found.v_max_std_kt]
-            assert speeds == ([v_min, v_max] if found.feasible else [None, None])
-            assert deviations == (emulator.speeds.predict_std(case).tolist() if found.feasible else [None, None])
+            if found.feasible:
+                assert speeds == pytest.approx([v_min, v_max], rel=1e-12)
+                assert deviations == pytest.approx(emulator.speeds.predict_std(case).tolist(), rel=1e-12)
+            else:
+                assert speeds == deviations == [None, None]
             verdicts.add(found.feasible)
         assert verdicts == {True, False}
 
