@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from lxml import etree
 
 from fmu_src.description.model_description import ModelDescription, Variable
-from fmu_src.description.xml_elements import add_head, attributes, document, places, root_attributes
+from fmu_src.description.xml_elements import add_head, attributes, document, places, root_attributes, type_name
 
 
 def write_fmi2(model: ModelDescription, guid: str, version: str) -> bytes:
@@ -30,13 +30,17 @@ def write_fmi2(model: ModelDescription, guid: str, version: str) -> bytes:
             files = etree.SubElement(element, "SourceFiles")
             for name in made.sources:
                 etree.SubElement(files, "File", name=name)
-    add_head(root, model)
+    add_head(root, model, _add_enumeration)
     variables = etree.SubElement(root, "ModelVariables")
     index = {variable.name: place for place, variable in enumerate(model.variables, start=1)}
     for variable in model.variables:
         _add_variable(variables, variable, index)
     _add_structure(root, model, index)
     return document(root)
+
+
+def _add_enumeration(parent: etree._Element, name: str) -> etree._Element:
+    return etree.SubElement(etree.SubElement(parent, "SimpleType", name=name), "Enumeration")
 
 
 def _add_variable(parent: etree._Element, variable: Variable, index: dict[str, int]) -> None:
@@ -52,6 +56,9 @@ def _add_variable(parent: etree._Element, variable: Variable, index: dict[str, i
     if variable.boolean:
         start = None if variable.start is None else bool(variable.start)
         etree.SubElement(element, "Boolean", attributes({"start": start}))
+        return
+    if variable.items:
+        etree.SubElement(element, "Enumeration", declaredType=type_name(variable))
         return
     real = {
         "unit": variable.unit,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from lxml import etree
 
 from fmu_src.description.model_description import ModelDescription, Variable
-from fmu_src.description.xml_elements import add_head, attributes, document, places, root_attributes
+from fmu_src.description.xml_elements import add_head, attributes, document, places, root_attributes, type_name
 
 
 def write_fmi3(model: ModelDescription, token: str, version: str) -> bytes:
@@ -27,13 +27,17 @@ def write_fmi3(model: ModelDescription, token: str, version: str) -> bytes:
         )
     own = {"canHandleVariableCommunicationStepSize": True, "hasEventMode": False}
     etree.SubElement(root, "CoSimulation", attributes(common | own))
-    add_head(root, model)
+    add_head(root, model, _add_enumeration)
     variables = etree.SubElement(root, "ModelVariables")
     reference = {variable.name: place for place, variable in enumerate(model.variables)}
     for variable in model.variables:
         _add_variable(variables, variable, reference)
     _add_structure(root, model, reference)
     return document(root)
+
+
+def _add_enumeration(parent: etree._Element, name: str) -> etree._Element:
+    return etree.SubElement(parent, "EnumerationType", name=name)
 
 
 def _add_variable(parent: etree._Element, variable: Variable, reference: dict[str, int]) -> None:
@@ -48,6 +52,9 @@ def _add_variable(parent: etree._Element, variable: Variable, reference: dict[st
     if variable.boolean:
         start = None if variable.start is None else bool(variable.start)
         etree.SubElement(parent, "Boolean", attributes(common | {"start": start}))
+        return
+    if variable.items:
+        etree.SubElement(parent, "Enumeration", attributes(common | {"declaredType": type_name(variable)}))
         return
     float64 = {
         "unit": variable.unit,

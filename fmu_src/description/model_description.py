@@ -83,12 +83,19 @@ class Variable:
     starts: str | None = None
     """The state whose initial value a parameter gives, for importers that set nothing but parameters."""
     boolean: bool = False
+    items: tuple[str, ...] = ()
+    """Names of the values of an enumeration, 1 and so on."""
     scale: float = 1.0
     """SI per unit in which the slave computes the variable."""
     bounded: bool = False
     """Values outside minimum .. maximum are refused."""
     deferred: bool = False
     """A native FMU computes the output only when it is asked for it or another deferred one."""
+
+    @property
+    def is_discrete(self) -> bool:
+        """Whether it is no real number."""
+        return self.boolean or bool(self.items)
 
     def displayed(self, value: float) -> float:
         """A value in SI, in the display unit."""
@@ -155,7 +162,7 @@ class ModelDescription:
     @property
     def has_step_events(self) -> bool:
         """Whether model exchange has events: a discrete output that is about to change asks for one."""
-        return any(variable.boolean for variable in self.outputs)
+        return any(variable.is_discrete for variable in self.outputs)
 
     @property
     def initial_unknowns(self) -> list[Variable]:
@@ -185,6 +192,7 @@ def slave_table(model: ModelDescription) -> dict:
         "starts": [0.0 if variable.start is None else float(variable.start) for variable in variables],
         "scales": [variable.scale for variable in variables],
         "booleans": [place[variable.name] for variable in variables if variable.boolean],
+        "enumerations": [place[variable.name] for variable in variables if variable.items],
         "computed": [place[variable.name] for variable in model.initial_unknowns],
         "bounds": {
             str(place[variable.name]): [variable.minimum, variable.maximum]

@@ -10,9 +10,11 @@ from fmu_src.description.model_description import EXTRA, ModelDescription
 from gtm_fmu import core
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.airframe.names import LIMITED
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.simulation import Simulation
 from gtm_fmu.envelopes.envelope import envelope
+from gtm_fmu.trims.steady import trim
 from gtm_fmu.units import KG_PER_LB, M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 
 STEP_S, STOP_S, RECORDED_EVERY = 0.02, 10.0, 5
@@ -124,6 +126,24 @@ def _reference_envelopes(
         results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(feasible)])
     given = [variable.name for group in ("case", "speed") for variable in model.groups[group]]
     return _files(["time", *given, *more], inputs, ["time", *ENVELOPE_RESULTS], results)
+
+
+def reference_manoeuvres(model: ModelDescription) -> dict[str, bytes]:
+    """Inputs and results of ever faster and tighter turns with a jammed rudder; the last ones cannot be flown."""
+    rudder_deg, gamma_deg, altitude_ft = 4.0, -2.0, 3000.0
+    failure = Failure(ControlLimits(rudder_deg=(rudder_deg, rudder_deg)))
+    given = ("altitude", "gamma", "tas", "turn_rate", "limits.rudder.lower", "limits.rudder.upper")
+    inputs, results = [], []
+    for i in range(ENVELOPES):
+        tas_kt, turn_rate_deg_s = 75 + 5.0 * i, 2.0 * i - 4
+        found = trim(altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s, failure)
+        gamma, turn_rate, rudder = (angle * RAD_PER_DEG for angle in (gamma_deg, turn_rate_deg_s, rudder_deg))
+        inputs.append([float(i), altitude_ft * M_PER_FT, gamma, tas_kt * M_S_PER_KT, turn_rate, rudder, rudder])
+        told = (found.alpha_deg, found.beta_deg, found.phi_deg, found.elevator_deg, found.aileron_deg, found.rudder_deg)
+        throttle = (found.throttle_pct or 0.0) / 100
+        results.append([float(i), *(angle * RAD_PER_DEG for angle in told), throttle, float(found.feasible)])
+    names = [f"trim.{name}" for name in LIMITED[:-1]]
+    return _files(["time", *given], inputs, ["time", *names, "feasible"], results)
 
 
 def reference_samples(names: Sequence[str], X: np.ndarray, results: Sequence[str], Y: np.ndarray) -> dict[str, bytes]:

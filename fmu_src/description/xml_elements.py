@@ -1,6 +1,6 @@
 """Parts of modelDescription.xml that FMI 2.0 and 3.0 write alike."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from lxml import etree
 
@@ -40,9 +40,26 @@ def root_attributes(model: ModelDescription, version: str) -> dict[str, str]:
     return attributes(values)
 
 
-def add_head(root: etree._Element, model: ModelDescription) -> None:
-    """Units, log categories and the default experiment."""
+def type_name(variable: Variable) -> str:
+    """Of an enumeration."""
+    return variable.name.capitalize()
+
+
+def add_head(
+    root: etree._Element, model: ModelDescription, add_enumeration: Callable[[etree._Element, str], etree._Element]
+) -> None:
+    """Units, enumerations, log categories and the default experiment.
+
+    Args:
+        add_enumeration: adds the definition of a named type; what it gives holds the items.
+    """
     _add_units(root, model.variables)
+    enumerations = [variable for variable in model.variables if variable.items]
+    definitions = etree.SubElement(root, "TypeDefinitions") if enumerations else root
+    for variable in enumerations:
+        items = add_enumeration(definitions, type_name(variable))
+        for value, name in enumerate(variable.items, start=1):
+            etree.SubElement(items, "Item", name=name, value=str(value))
     categories = etree.SubElement(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
         etree.SubElement(categories, "Category", name=name, description=description)
@@ -52,7 +69,7 @@ def add_head(root: etree._Element, model: ModelDescription) -> None:
 
 def _add_units(root: etree._Element, variables: Sequence[Variable]) -> None:
     definitions = etree.SubElement(root, "UnitDefinitions")
-    used = {variable.unit for variable in variables if not variable.boolean}
+    used = {variable.unit for variable in variables if not variable.is_discrete}
     known = [name for name in (*BASE_UNITS, *DISPLAY_UNITS) if name in used]
     for name in [*known, *sorted(used.difference(known))]:
         unit = etree.SubElement(definitions, "Unit", name=name)

@@ -60,7 +60,7 @@ bool instance_is_deferred(int v) { return DEFERRED <= v && v < DEFERRED + N_DEFE
 /* Whether an output keeps its value until the next event. */
 static bool is_kept(const Instance *i, int v)
 {
-    return model_variables[v].is_boolean && i->now.is_model_exchange && i->now.mode & (CONTINUOUS | TERMINATED);
+    return model_variables[v].type != REAL && i->now.is_model_exchange && i->now.mode & (CONTINUOUS | TERMINATED);
 }
 
 static const char STALE[] = "The outputs cannot be computed.";

@@ -80,19 +80,19 @@ fmi2Status fmi2Reset(fmi2Component c)
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
 {
     ALLOW(READABLE);
-    DONE(instance_get(c, false, vr, nvr, value));
+    DONE(instance_get(c, REAL, vr, nvr, value));
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
 {
     ALLOW(INSTANTIATED | INITIALIZATION | INITIALIZED);
-    DONE(instance_set(c, false, vr, nvr, value));
+    DONE(instance_set(c, REAL, vr, nvr, value));
 }
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
     ALLOW(READABLE);
-    if (!instance_can_get(c, true, vr, nvr, value)) return fmi2Error;
+    if (!instance_can_get(c, BOOLEAN, vr, nvr, value)) return fmi2Error;
     Status status = OK;
     for (size_t k = 0; k < nvr; k++) {
         bool flag = false;
@@ -106,7 +106,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
 {
     ALLOW(INSTANTIATED | INITIALIZATION | INITIALIZED);
-    if (!instance_can_set(c, true, vr, nvr, value)) return fmi2Error;
+    if (!instance_can_set(c, BOOLEAN, vr, nvr, value)) return fmi2Error;
     Status status = OK;
     for (size_t k = 0; k < nvr; k++) {
         const bool flag = value[k] != fmi2False;
@@ -116,7 +116,28 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     return (fmi2Status)status;
 }
 
-/* No model has Integers or Strings. */
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[])
+{
+    ALLOW(READABLE);
+    if (!instance_can_get(c, ENUMERATION, vr, nvr, value)) return fmi2Error;
+    Status status = OK;
+    for (size_t k = 0; k < nvr; k++) {
+        double number = 0;
+        const Status one = instance_get(c, ENUMERATION, vr + k, 1, &number);
+        value[k] = (fmi2Integer)number;
+        status = one > status ? one : status;
+    }
+    return (fmi2Status)status;
+}
+
+/* All enumerations are computed. */
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[])
+{
+    ALLOW(INSTANTIATED | INITIALIZATION | INITIALIZED);
+    return instance_can_set(c, ENUMERATION, vr, nvr, value) ? fmi2OK : fmi2Error;
+}
+
+/* No model has Strings. */
 static fmi2Status none(fmi2Component c, size_t n, const char *type)
 {
     if (n == 0) return fmi2OK;
@@ -132,9 +153,7 @@ static fmi2Status none(fmi2Component c, size_t n, const char *type)
         return none(c, nvr, #Type);                                                                                \
     }
 
-NO_VARIABLES(Get, Integer, , READABLE)
 NO_VARIABLES(Get, String, , READABLE)
-NO_VARIABLES(Set, Integer, const, INSTANTIATED | INITIALIZATION | INITIALIZED)
 NO_VARIABLES(Set, String, const, INSTANTIATED | INITIALIZATION | INITIALIZED)
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,

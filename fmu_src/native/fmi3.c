@@ -128,7 +128,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
 {
     ALLOW(GETTABLE);
     if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
-    DONE(instance_get(instance, false, valueReferences, nValueReferences, values));
+    DONE(instance_get(instance, REAL, valueReferences, nValueReferences, values));
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
@@ -136,7 +136,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
 {
     ALLOW(SETTABLE);
     if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
-    DONE(instance_set(instance, false, valueReferences, nValueReferences, values));
+    DONE(instance_set(instance, REAL, valueReferences, nValueReferences, values));
 }
 
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
@@ -153,6 +153,31 @@ fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
     ALLOW(SETTABLE);
     if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
     DONE(instance_set_booleans(instance, valueReferences, nValueReferences, values));
+}
+
+fmi3Status fmi3GetInt64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                        fmi3Int64 values[], size_t nValues)
+{
+    ALLOW(GETTABLE);
+    if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
+    if (!instance_can_get(instance, ENUMERATION, valueReferences, nValueReferences, values)) return fmi3Error;
+    Status status = OK;
+    for (size_t k = 0; k < nValueReferences; k++) {
+        double number = 0;
+        const Status one = instance_get(instance, ENUMERATION, valueReferences + k, 1, &number);
+        values[k] = (fmi3Int64)number;
+        status = one > status ? one : status;
+    }
+    return (fmi3Status)status;
+}
+
+/* All enumerations are computed. */
+fmi3Status fmi3SetInt64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                        const fmi3Int64 values[], size_t nValues)
+{
+    ALLOW(SETTABLE);
+    if (has_other_count(instance, nValueReferences, nValues)) return fmi3Error;
+    return instance_can_set(instance, ENUMERATION, valueReferences, nValueReferences, values) ? fmi3OK : fmi3Error;
 }
 
 /* No model has variables of other types. */
@@ -182,7 +207,6 @@ NO_TYPE(Int16)
 NO_TYPE(UInt16)
 NO_TYPE(Int32)
 NO_TYPE(UInt32)
-NO_TYPE(Int64)
 NO_TYPE(UInt64)
 NO_TYPE(String)
 

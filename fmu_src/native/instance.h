@@ -73,12 +73,12 @@ Status instance_initialize(Instance *);
 void instance_enter(Instance *, Mode);
 bool instance_needs_event(Instance *);
 
-Status instance_get(Instance *, bool is_boolean, const unsigned references[], size_t n, double values[]);
-Status instance_set(Instance *, bool is_boolean, const unsigned references[], size_t n, const double values[]);
+Status instance_get(Instance *, Type type, const unsigned references[], size_t n, double values[]);
+Status instance_set(Instance *, Type type, const unsigned references[], size_t n, const double values[]);
 /* Whether all of the variables can be got, or set, now; logs if not. Where it is true, the calls above and below are
    refused for none of them. */
-bool instance_can_get(const Instance *, bool is_boolean, const unsigned references[], size_t n, const void *values);
-bool instance_can_set(const Instance *, bool is_boolean, const unsigned references[], size_t n, const void *values);
+bool instance_can_get(const Instance *, Type type, const unsigned references[], size_t n, const void *values);
+bool instance_can_set(const Instance *, Type type, const unsigned references[], size_t n, const void *values);
 Status instance_get_booleans(Instance *, const unsigned references[], size_t n, bool values[]);
 Status instance_set_booleans(Instance *, const unsigned references[], size_t n, const bool values[]);
 

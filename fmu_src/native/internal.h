@@ -16,7 +16,7 @@ void instance_say(const Instance *, Status, const char *format, ...);
 
 /* Whether a pointer to n values is null, or a value reference unknown; logs if so, or if not. */
 bool instance_is_missing(const Instance *, size_t n, const void *pointer);
-bool instance_is_known(const Instance *, bool is_boolean, const unsigned references[], size_t n);
+bool instance_is_known(const Instance *, Type type, const unsigned references[], size_t n);
 
 /* Whether a number may be the value of a variable. */
 bool instance_is_allowed(const Variable *, double value);

@@ -19,12 +19,14 @@
 enum { N_UNKNOWNS = N_STATES + N_OUTPUTS, N_KNOWNS = N_STATES + N_INPUTS };
 
 typedef enum { STATE, DERIVATIVE, INPUT, OUTPUT, PARAMETER, TIME } Kind;
+typedef enum { REAL, BOOLEAN, ENUMERATION } Type; /* all but real ones are discrete */
 
 /* A variable, by value reference. Start, bounds and nominal are in SI. */
 typedef struct {
     const char *name, *unit;
     Kind kind;
-    int is_boolean, is_bounded; /* bounded: values outside minimum .. maximum are refused */
+    Type type;
+    int is_bounded; /* values outside minimum .. maximum are refused */
     int limits; /* value reference of the lower limit that an input is held inside, the upper one's is next; or -1 */
     int starts; /* value reference of the state whose initial value a parameter gives, or -1 */
     double start, minimum, maximum, nominal, scale;

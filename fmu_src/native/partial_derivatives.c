@@ -75,8 +75,8 @@ Status instance_differentiate(Instance *i, const unsigned unknowns[], size_t n_u
 {
     const size_t n_seed = is_adjoint ? n_unknowns : n_knowns, n = is_adjoint ? n_knowns : n_unknowns;
     if (instance_is_missing(i, n_unknowns, unknowns) || instance_is_missing(i, n_knowns, knowns) || instance_is_missing(i, n_seed, seed) ||
-        instance_is_missing(i, n, sensitivity) || !instance_is_known(i, false, unknowns, n_unknowns) ||
-        !instance_is_known(i, false, knowns, n_knowns) ||
+        instance_is_missing(i, n, sensitivity) || !instance_is_known(i, REAL, unknowns, n_unknowns) ||
+        !instance_is_known(i, REAL, knowns, n_knowns) ||
         !are_of_kinds(i, unknowns, n_unknowns, 1u << STATE | 1u << DERIVATIVE | 1u << OUTPUT, "unknown") ||
         !are_of_kinds(i, knowns, n_knowns, 1u << STATE | 1u << INPUT | 1u << PARAMETER | 1u << TIME, "known"))
         return ERROR;

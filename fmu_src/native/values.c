@@ -4,12 +4,12 @@
 #include <math.h>
 #include <string.h>
 
-bool instance_is_known(const Instance *i, bool is_boolean, const unsigned references[], size_t n)
+bool instance_is_known(const Instance *i, Type type, const unsigned references[], size_t n)
 {
     for (size_t k = 0; k < n; k++)
-        if (references[k] >= N_VARIABLES || (bool)model_variables[references[k]].is_boolean != is_boolean) {
-            instance_refuse(i, "There is no %s variable with value reference %u.", is_boolean ? "Boolean" : "real",
-                            references[k]);
+        if (references[k] >= N_VARIABLES || model_variables[references[k]].type != type) {
+            static const char *const names[] = {"real", "Boolean", "enumeration"};
+            instance_refuse(i, "There is no %s variable with value reference %u.", names[type], references[k]);
             return false;
         }
     return true;
@@ -38,21 +38,21 @@ static bool have_starts(const Instance *i, const unsigned references[], size_t n
 }
 
 /* Whether references and values are there, and the variables known; logs if not. */
-static bool are_given(const Instance *i, bool is_boolean, const unsigned references[], size_t n, const void *values)
+static bool are_given(const Instance *i, Type type, const unsigned references[], size_t n, const void *values)
 {
     return !instance_is_missing(i, n, references) && !instance_is_missing(i, n, values) &&
-           instance_is_known(i, is_boolean, references, n);
+           instance_is_known(i, type, references, n);
 }
 
-bool instance_can_get(const Instance *i, bool is_boolean, const unsigned references[], size_t n, const void *values)
+bool instance_can_get(const Instance *i, Type type, const unsigned references[], size_t n, const void *values)
 {
-    return are_given(i, is_boolean, references, n, values) &&
+    return are_given(i, type, references, n, values) &&
            (i->now.mode != INSTANTIATED || have_starts(i, references, n));
 }
 
-Status instance_get(Instance *i, bool is_boolean, const unsigned references[], size_t n, double values[])
+Status instance_get(Instance *i, Type type, const unsigned references[], size_t n, double values[])
 {
-    if (!instance_can_get(i, is_boolean, references, n, values)) return ERROR;
+    if (!instance_can_get(i, type, references, n, values)) return ERROR;
     Status status = OK;
     for (size_t k = 0; k < n; k++) {
         const Kind kind = model_variables[references[k]].kind;
@@ -88,15 +88,15 @@ static unsigned settable_modes(const Variable *variable)
 {
     switch (variable->kind) {
     case STATE: return INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS;
-    case INPUT: return INSTANTIATED | INITIALIZATION | STEP | EVENT | (variable->is_boolean ? 0 : CONTINUOUS);
+    case INPUT: return INSTANTIATED | INITIALIZATION | STEP | EVENT | (variable->type == REAL ? CONTINUOUS : 0);
     case PARAMETER: return INSTANTIATED | INITIALIZATION | (variable->starts < 0 ? STEP | EVENT : 0);
     default: return 0;
     }
 }
 
-bool instance_can_set(const Instance *i, bool is_boolean, const unsigned references[], size_t n, const void *values)
+bool instance_can_set(const Instance *i, Type type, const unsigned references[], size_t n, const void *values)
 {
-    if (!are_given(i, is_boolean, references, n, values)) return false;
+    if (!are_given(i, type, references, n, values)) return false;
     for (size_t k = 0; k < n; k++) {
         const Variable *variable = model_variables + references[k];
         const unsigned modes = settable_modes(variable);
@@ -108,9 +108,9 @@ bool instance_can_set(const Instance *i, bool is_boolean, const unsigned referen
     return true;
 }
 
-Status instance_set(Instance *i, bool is_boolean, const unsigned references[], size_t n, const double values[])
+Status instance_set(Instance *i, Type type, const unsigned references[], size_t n, const double values[])
 {
-    if (!instance_can_set(i, is_boolean, references, n, values)) return ERROR;
+    if (!instance_can_set(i, type, references, n, values)) return ERROR;
     Status status = OK;
     for (size_t k = 0; k < n; k++) status = worse(status, take(i, references[k], values[k]));
     return status;
@@ -118,11 +118,11 @@ Status instance_set(Instance *i, bool is_boolean, const unsigned references[], s
 
 Status instance_get_booleans(Instance *i, const unsigned references[], size_t n, bool values[])
 {
-    if (!instance_can_get(i, true, references, n, values)) return ERROR;
+    if (!instance_can_get(i, BOOLEAN, references, n, values)) return ERROR;
     Status status = OK;
     for (size_t k = 0; k < n; k++) {
         double number;
-        status = worse(status, instance_get(i, true, references + k, 1, &number));
+        status = worse(status, instance_get(i, BOOLEAN, references + k, 1, &number));
         values[k] = number != 0;
     }
     return status;
@@ -130,7 +130,7 @@ Status instance_get_booleans(Instance *i, const unsigned references[], size_t n,
 
 Status instance_set_booleans(Instance *i, const unsigned references[], size_t n, const bool values[])
 {
-    if (!instance_can_set(i, true, references, n, values)) return ERROR;
+    if (!instance_can_set(i, BOOLEAN, references, n, values)) return ERROR;
     Status status = OK;
     for (size_t k = 0; k < n; k++) status = worse(status, take(i, references[k], values[k]));
     return status;

@@ -24,6 +24,7 @@ from fmu_src.description.reference_results import (
     reference_envelopes,
     reference_failures,
     reference_flight,
+    reference_manoeuvres,
     reference_simulation,
 )
 from fmu_src.packing.archive import content_id
@@ -178,6 +179,21 @@ def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     return native.contents(envelope_description(), fmi, reference_failures)
 
 
+def manoeuvre_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
+    """GtmManoeuvreNative in FMI 2.0 or GtmManoeuvreNative3 in FMI 3.0."""
+    from fmu_src.description.manoeuvre_variables import manoeuvre_description
+    from fmu_src.slaves.failure_faults import FAILURE_FAULTS
+
+    refuse_networks("manoeuvre", networks)
+    native = NativeModel(
+        faults=FAILURE_FAULTS,
+        native=("manoeuvre_model.c", "stateless.c"),
+        core=WHOLE,
+        defers=True,
+    )
+    return native.contents(manoeuvre_description(), fmi, reference_manoeuvres)
+
+
 def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     """GtmSurrogateNative in FMI 2.0 or GtmSurrogateNative3 in FMI 3.0: by a thrust map, or by two networks."""
     from fmu_src.description.envelope_variables import ENVELOPE_FAULTS
@@ -254,6 +270,7 @@ _MAKERS = {
     "dynamics": dynamics_contents,
     "aircraft": aircraft_contents,
     "envelope": envelope_contents,
+    "manoeuvre": manoeuvre_contents,
     "surrogate": surrogate_contents,
     "thrust-map": thrust_map_contents,
 }

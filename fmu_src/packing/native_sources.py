@@ -182,8 +182,9 @@ def _row(variable: Variable, found: str, model: ModelDescription, counts: dict[s
         _number(variable.scale, "1"),
     )
     started = -1 if variable.starts is None else names.index(variable.starts)
-    whole = (str(int(number)) for number in (variable.boolean, variable.bounded, lower, started))
-    entries = (_text(variable.name), _text(variable.unit), found, *whole, *numbers)
+    whole = (str(int(number)) for number in (variable.bounded, lower, started))
+    typed = "BOOLEAN" if variable.boolean else "ENUMERATION" if variable.items else "REAL"
+    entries = (_text(variable.name), _text(variable.unit), found, typed, *whole, *numbers)
     return f"    {{{', '.join(entries)}}}"
 
 

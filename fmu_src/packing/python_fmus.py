@@ -117,6 +117,14 @@ def envelope_contents(networks: Sequence[Path]) -> Contents:
     return _with_core(envelope_description(), "failure_faults", "envelope_slave", "gtm_envelope")
 
 
+def manoeuvre_contents(networks: Sequence[Path]) -> Contents:
+    """GtmManoeuvre."""
+    from fmu_src.description.manoeuvre_variables import manoeuvre_description
+
+    refuse_networks("manoeuvre", networks)
+    return _with_core(manoeuvre_description(), "failure_faults", "gtm_manoeuvre")
+
+
 def _with_core(model: ModelDescription, *modules: str) -> Contents:
     """An FMU that carries the compiled core of this platform."""
     try:
@@ -153,6 +161,7 @@ MODELS: dict[str, Callable[[Sequence[Path]], Contents]] = {
     "dynamics": dynamics_contents,
     "aircraft": aircraft_contents,
     "envelope": envelope_contents,
+    "manoeuvre": manoeuvre_contents,
     "surrogate": surrogate_contents,
 }
 """The FMUs of pythonfmu by their short names."""

@@ -58,8 +58,10 @@ class TableSlave(Fmi2Slave):
         self.names: list[str] = self.table["names"]
         self.values: list[float] = self.table["starts"]
         self.bounds = {int(place): bounds for place, bounds in self.table["bounds"].items()}
-        booleans, self.computed = set(self.table["booleans"]), set(self.table["computed"])
-        self.kinds = {"real": set(range(len(self.names))) - booleans, "Boolean": booleans}
+        self.computed = set(self.table["computed"])
+        booleans, enumerations = set(self.table["booleans"]), set(self.table["enumerations"])
+        numbers = set(range(len(self.names))) - booleans - enumerations
+        self.kinds = {"real": numbers, "Boolean": booleans, "enumeration": enumerations}
         self.refused: dict[str, str] = {}
         self.fault: str | None = None
         self.is_stale = True
@@ -155,13 +157,13 @@ class TableSlave(Fmi2Slave):
             self._set(vrs, [float(value) for value in values])
 
     def get_integer(self, vrs: list[int]) -> list[int]:
-        """Refused: there are none."""
-        self._has_none("Integer", vrs)
-        return [0] * len(vrs)
+        """Values of enumerations."""
+        return [int(value) for value in self._get(vrs)] if self._are_known(vrs, "enumeration") else [0] * len(vrs)
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        """Refused: there are none."""
-        self._has_none("Integer", vrs)
+        """Refused: all enumerations are computed."""
+        if self._are_known(vrs, "enumeration"):
+            self._set(vrs, [float(value) for value in values])
 
     def get_string(self, vrs: list[int]) -> list[str]:
         """Refused: there are none."""

@@ -98,3 +98,9 @@ FAILURE = (
 )
 """What a failure leaves for steady manoeuvres, as plain numbers: limits as the controls, rad; deg, lb
 (``gtm_failure`` of gtm_failure.h)."""
+
+LIMITED = ("alpha", "beta", "bank", "elevator", "aileron", "rudder", "throttle.left", "throttle.right")
+"""What a manoeuvre's margins are told of (``GTM_LIMITED`` of gtm_failure.h)."""
+
+BINDING = ("none", *(f"{name}.{end}" for name in (*LIMITED, "throttle") for end in ("lower", "upper")))
+"""Limits that bind a manoeuvre, by their numbers from 1 on; those of one throttle for both engines come last."""

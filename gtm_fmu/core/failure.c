@@ -95,6 +95,22 @@ int gtm_take_failure(const gtm_failure *f, const double lower[GTM_NT], const dou
 
 /* ---- Envelopes ---- */
 
+static const gtm_configuration *airframe(const gtm_remainder *left)
+{
+    return left->is_study ? 0 : &left->configuration;
+}
+
+/* The least value of an unknown (sign 1) or its greatest (-1); whether there is one. */
+static int find_end(const gtm_remainder *left, double altitude, double gamma, int unknown, double sign, double *value)
+{
+    double objective[GTM_TWO_THROTTLE_NT] = {0}, best[GTM_TWO_THROTTLE_NT] = {0}, violation;
+    objective[unknown] = sign;
+    const int status = gtm_envelope_end(airframe(left), left->throttles, altitude, gamma, left->lower, left->upper,
+                                        objective, best, &violation);
+    *value = best[unknown];
+    return status == GTM_TRIMMED;
+}
+
 int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
                          const double upper[GTM_NT], double speed[2], int *is_feasible)
 {
@@ -104,15 +120,74 @@ int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const
     if (fault) return fault;
     narrow(&left, RUDDER, at->rudder);
     if (left.lower[RUDDER] > left.upper[RUDDER]) return GTM_NO_RUDDER;
-    const gtm_configuration *c = left.is_study ? 0 : &left.configuration;
-    *is_feasible = 1;
-    for (int end = 0; end < 2 && *is_feasible; end++) {
-        double objective[GTM_TWO_THROTTLE_NT] = {0}, best[GTM_TWO_THROTTLE_NT] = {0}, violation;
-        objective[V] = end ? -1 : 1;
-        *is_feasible = gtm_envelope_end(c, left.throttles, at->altitude, at->gamma, left.lower, left.upper, objective,
-                                        best, &violation) == GTM_TRIMMED;
-        speed[end] = best[V];
-    }
+    *is_feasible = find_end(&left, at->altitude, at->gamma, V, 1, speed) &&
+                   find_end(&left, at->altitude, at->gamma, V, -1, speed + 1);
     if (!*is_feasible) speed[0] = speed[1] = 0;
+    return GTM_LEFT;
+}
+
+/* ---- Manoeuvres ---- */
+
+/* Bounds as a failure leaves them, at the speed of a manoeuvre. */
+static int take_speed(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
+                      const double upper[GTM_NT], gtm_remainder *left)
+{
+    const int fault = gtm_take_failure(f, lower, upper, left);
+    left->lower[V] = left->upper[V] = at->tas;
+    return fault;
+}
+
+static const int limited[GTM_LIMITED] = {ALPHA, BETA, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE, THROTTLE_RIGHT};
+
+/* The binding limit by its number: 1 none, then lower and upper of each that is limited, at last those of one throttle
+   for both engines. */
+static double binding_of(const gtm_remainder *left, const gtm_answer *found)
+{
+    int place = 0;
+    while (place < GTM_LIMITED && limited[place] != found->binding) place++;
+    if (found->binding < 0 || place == GTM_LIMITED) return 1;
+    if (found->binding == THROTTLE && left->throttles == GTM_ONE_THROTTLE) place = GTM_LIMITED;
+    return 2 + 2 * place + found->side;
+}
+
+int gtm_failure_query(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
+                      const double upper[GTM_NT], gtm_failure_answer *answer)
+{
+    gtm_remainder left;
+    gtm_answer found;
+    const int fault = take_speed(at, f, lower, upper, &left);
+    if (fault) return fault;
+    left.lower[PSI_DOT] = left.upper[PSI_DOT] = at->turn_rate;
+    gtm_query(airframe(&left), left.throttles, 1, &at->altitude, &at->gamma, left.lower, left.upper, &found);
+    const double *y = found.y;
+    *answer = (gtm_failure_answer){.is_feasible = found.status == GTM_TRIMMED, .is_stable = found.stable,
+                                   .is_controllable = found.controllable, .is_found = found.status != GTM_NO_TRIM,
+                                   .binding = binding_of(&left, &found)};
+    if (!answer->is_found) return GTM_LEFT;
+    for (int k = 0; k < GTM_LIMITED; k++) {
+        const int is_shared = limited[k] == THROTTLE_RIGHT && left.throttles == GTM_ONE_THROTTLE;
+        memcpy(answer->margin[k], found.margin[is_shared ? THROTTLE : limited[k]], sizeof *answer->margin);
+    }
+    memcpy(answer->thrust_margin, found.thrust_margin, sizeof found.thrust_margin);
+    answer->alpha = y[ALPHA];
+    answer->beta = y[BETA];
+    answer->bank = y[PHI];
+    memcpy(answer->surface, y + ELEVATOR, sizeof answer->surface);
+    memcpy(answer->throttle, y + THROTTLE, sizeof answer->throttle);
+    answer->thrust = found.thrust;
+    return GTM_LEFT;
+}
+
+int gtm_failure_turn_rates(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
+                           const double upper[GTM_NT], double rate[2])
+{
+    gtm_remainder left;
+    const int fault = take_speed(at, f, lower, upper, &left);
+    if (fault) return fault;
+    if (!find_end(&left, at->altitude, at->gamma, PSI_DOT, 1, rate) ||
+        !find_end(&left, at->altitude, at->gamma, PSI_DOT, -1, rate + 1)) {
+        rate[0] = upper[PSI_DOT];
+        rate[1] = lower[PSI_DOT];
+    }
     return GTM_LEFT;
 }

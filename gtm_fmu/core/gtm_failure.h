@@ -1,10 +1,11 @@
-/* What a failure leaves of the aircraft, as plain numbers, and envelopes under it: what an FMU is told.
+/* What a failure leaves of the aircraft, and envelopes and manoeuvres under it, as plain numbers: what FMUs are told and
+   tell.
 
    Units as in gtm_core.h. The numbers are in the order of names.py: FAILURE. */
 #ifndef GTM_FAILURE_H
 #define GTM_FAILURE_H
 
-#include "gtm_manoeuvres.h"
+#include "gtm_query.h"
 
 typedef struct {
     double limits[GTM_NU][2];               /* inside which each control is held: lower, upper */
@@ -49,5 +50,28 @@ typedef struct {
 /* V_min and V_max (ft/s), zero where there is no envelope, and whether there is one; an enum gtm_failure_fault. */
 GTM_API int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
                                  const double upper[GTM_NT], double speed[2], int *is_feasible);
+
+/* A manoeuvre that is asked for. */
+typedef struct {
+    double altitude, gamma, tas, turn_rate; /* ft, rad, ft/s, rad/s */
+} gtm_failure_manoeuvre;
+
+/* The answer of gtm_query as doubles. Without a trim, inside the limits or not, all numbers are zero. */
+enum { GTM_LIMITED = GTM_TWO_THROTTLE_NT - 2 }; /* alpha beta phi, surfaces, throttles left and right (one is both) */
+typedef struct {
+    double is_feasible, is_stable, is_controllable, is_found;
+    double binding;                         /* names.py: BINDING, counted from 1 */
+    double margin[GTM_LIMITED][2];          /* rad, deg, %: to the lower and to the upper limit, negative beyond it */
+    double thrust_margin[2];                /* lbf */
+    double alpha, beta, bank, surface[3], throttle[2], thrust;
+} gtm_failure_answer;
+
+GTM_API int gtm_failure_query(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
+                              const double upper[GTM_NT], gtm_failure_answer *answer);
+
+/* Least and greatest turn rate (rad/s) at the speed of a manoeuvre. There is none where the first is above the second:
+   then they are the bounds of the undamaged aircraft, reversed. */
+GTM_API int gtm_failure_turn_rates(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
+                                   const double upper[GTM_NT], double rate[2]);
 
 #endif
