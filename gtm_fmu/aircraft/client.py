@@ -92,6 +92,7 @@ class FmuClient:
             {variable.name: variable.valueReference for variable in variables if variable.type == kind}
             for kind in ("Real", "Boolean")
         )
+        self._enumerations = {variable.name: variable for variable in variables if variable.type == "Enumeration"}
         rates = [unknown.variable for unknown in self.description.derivatives]
         inputs = [v.name for v in variables if v.causality == "input" and v.type == "Real"]
         self.derivatives = tuple([rate.name for rate in rates] if derivatives is None else derivatives)
@@ -170,6 +171,15 @@ class FmuClient:
     def is_boolean(self, name: str) -> bool:
         """Whether the FMU has a Boolean variable of this name."""
         return name in self._booleans
+
+    def get_item(self, name: str) -> str:
+        """Name of the value of an enumeration."""
+        if name not in self._enumerations:
+            raise InputError(f"The FMU has no enumeration '{name}': it has {_listed(self._enumerations)}.")
+        variable = self._enumerations[name]
+        reference, value = (ctypes.c_uint * 1)(variable.valueReference), (ctypes.c_int * 1)()
+        self._call("get", "fmi2GetInteger", reference, 1, value)
+        return next(item.name for item in variable.declaredType.items if int(item.value) == value[0])
 
     def _boolean(self, name: str) -> ctypes.Array:
         if name not in self._booleans:

@@ -72,6 +72,12 @@ def envelope_folders(envelope_fmus, tmp_path_factory) -> dict[int, Path]:
 
 
 @pytest.fixture(scope="session")
+def manoeuvre_fmus(built) -> dict[int | str, Path]:
+    """The manoeuvre FMU in Python, and the native ones by their FMI version."""
+    return {"python": built("manoeuvre"), 2: built("manoeuvre-native"), 3: built("manoeuvre-native3")}
+
+
+@pytest.fixture(scope="session")
 def thrust_map_fmus(built) -> dict[int, Path]:
     """The thrust map FMUs by their FMI version."""
     return {2: built("thrust-map-native"), 3: built("thrust-map-native3")}

@@ -1,7 +1,7 @@
 """One instance of a native FMU by its raw C functions: every call gives back its status."""
 
 import ctypes
-from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_bool, c_double, c_int, c_int64, c_size_t, c_uint, c_void_p
 from pathlib import Path
 
 import fmpy
@@ -82,6 +82,13 @@ class Session:
         kind, n = c_int if self.fmi == 2 else c_bool, c_size_t(1)
         counts = (n,) if self.fmi == 3 else ()
         return self.call("SetBoolean", references([self.names[name]]), n, byref(kind(value)), *counts)
+
+    def get_enumeration(self, name: str) -> tuple[int, int]:
+        """Status and value of an enumeration."""
+        kind, n = c_int if self.fmi == 2 else c_int64, c_size_t(1)
+        value, counts = (kind * 1)(), (n,) if self.fmi == 3 else ()
+        function = "GetInteger" if self.fmi == 2 else "GetInt64"
+        return self.call(function, references([self.names[name]]), n, value, *counts), value[0]
 
     def continuous(self, function: str, values) -> tuple[int, list[float]]:
         """A function of continuous states: ContinuousStates and such."""

@@ -32,10 +32,21 @@ OTHERWISE |= {("libcosimpy", model): SELF_FAULT for model in CASES if model.ends
 
 
 @pytest.fixture(scope="module")
-def cells(dynamics_fmu, native_fmus, aircraft_fmus, envelope_fmus, surrogate_fmu, native_surrogates, thrust_map_fmus):
+def cells(
+    dynamics_fmu,
+    native_fmus,
+    aircraft_fmus,
+    envelope_fmus,
+    manoeuvre_fmus,
+    surrogate_fmu,
+    native_surrogates,
+    thrust_map_fmus,
+):
     """A function that fills a column of the table, once."""
     paths = {"dynamics": dynamics_fmu, **aircraft_fmus, "envelope": envelope_fmus["python"], "surrogate": surrogate_fmu}
+    paths["manoeuvre"] = manoeuvre_fmus["python"]
     native = {"dynamics": native_fmus, "envelope": envelope_fmus, "surrogate": native_surrogates}
+    native["manoeuvre"] = manoeuvre_fmus
     for model, built in (native | {"thrust-map": thrust_map_fmus}).items():
         paths |= {f"{model}-native": built[2], f"{model}-native3": built[3]}
     assert paths.keys() == CASES.keys()

@@ -39,8 +39,12 @@ ENVELOPES = [
     for command in (*(f"s {k} {value!r}" for k, value in enumerate(condition)), "g 5", "g 6")
 ]
 FAILURES = [*ENVELOPES, f"s {14 + FAILURE.index('damage_case')} 5", "g 5", "g 6"]
+MANOEUVRES = [
+    *(f"s {place} {value!r}" for place, value in enumerate((3000.0, -0.05, 45.0, 0.08))),
+    *(f"g {place}" for place in range(34, 61)),
+]
 """What the host is told: two seconds with moving controls, then the states; V_min and V_max of some conditions, and
-without the left elevator.
+without the left elevator; a manoeuvre, its margins, its trim and the ends of its turns.
 """
 
 
@@ -106,6 +110,11 @@ def expected(own_answers) -> np.ndarray:
 @pytest.fixture(scope="module")
 def expected_envelopes(own_answers) -> np.ndarray:
     return own_answers("envelope-native", FAILURES)
+
+
+@pytest.fixture(scope="module")
+def expected_manoeuvres(own_answers) -> np.ndarray:
+    return own_answers("manoeuvre-native", MANOEUVRES)
 
 
 @pytest.fixture(scope="module")
@@ -196,6 +205,7 @@ class TestAllPlatforms:
         hosts,
         expected,
         expected_envelopes,
+        expected_manoeuvres,
         expected_surrogates,
         expected_by_map,
         networks,
@@ -212,12 +222,13 @@ class TestAllPlatforms:
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)
         others = (
             ("envelope-native", [], FAILURES, expected_envelopes),
+            ("manoeuvre-native", [], MANOEUVRES, expected_manoeuvres),
             ("surrogate-native", networks[2], ENVELOPES, expected_surrogates),
             ("thrust-map-native", [], ENVELOPES, expected_by_map),
         )
         for name, files, orders, values in others:
             library = built_for("aarch64-linux", name, files, tmp_path, monkeypatch)
-            np.testing.assert_allclose(answers(host, library, orders), values, rtol=1e-12)
+            np.testing.assert_allclose(answers(host, library, orders), values, rtol=1e-12, atol=1e-14)
 
 
 class TestPlatformThatCannotBeBuilt:

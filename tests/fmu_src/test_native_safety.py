@@ -18,6 +18,7 @@ STRINGS = {
     "dynamics-native3": 1500,
     "aircraft-native": 200,
     "envelope-native3": 12,
+    "manoeuvre-native3": 60,
     "surrogate-native3": 200,
     "thrust-map-native3": 200,
 }

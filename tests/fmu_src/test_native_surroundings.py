@@ -21,7 +21,7 @@ TRAPS, STACK = 1 | 4 | 8, 256 * 1024  # FE_INVALID, FE_DIVBYZERO, FE_OVERFLOW of
 
 def live(session):
     variables = session.description.modelVariables
-    computed = [v.name for v in variables if v.causality == "output" and v.type != "Boolean"]
+    computed = [v.name for v in variables if v.causality == "output" and v.type in ("Real", "Float64")]
     flags = [v.name for v in variables if v.type == "Boolean"]
     inputs = [v for v in variables if v.causality == "input" and v.type != "Boolean"]
     starts = [session.starts[v.name] for v in inputs]
@@ -95,7 +95,7 @@ for kind in kinds:
     session.free()
 print(json.dumps([decimal_point, told]))
 """
-NAMES = ("dynamics", "aircraft", "envelope", "surrogate", "thrust-map")
+NAMES = ("dynamics", "aircraft", "envelope", "manoeuvre", "surrogate", "thrust-map")
 MODELS = [f"{name}-native{fmi}" for name in NAMES for fmi in ("", 3)]
 
 

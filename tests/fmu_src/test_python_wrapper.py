@@ -180,7 +180,8 @@ def test_value_references(host):
             if kinds.get(reference) != kind:
                 assert host.access(f"Get{kind}", [reference], (c_type * 1)()) == ERROR
                 assert host.access(f"Set{kind}", [0, reference], (c_type * 2)()) == ERROR
-                assert f"There is no {kind.replace('Real', 'real')} variable" in host.messages[-1]
+                named = {"Real": "real", "Integer": "enumeration"}.get(kind, kind)
+                assert f"There is no {named} variable" in host.messages[-1]
     assert host.reals() == before
     assert host.step(0, 0.01) == OK
 
