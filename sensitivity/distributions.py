@@ -110,13 +110,8 @@ class Uniform:
 
 
 @dataclass(frozen=True)
-class OrderedUniform:
-    """A pair (LL, UL), uniform on the triangle lower <= LL <= UL <= upper.
-
-    The density of LL falls linearly to zero at `upper`, that of UL rises linearly from zero at `lower`. Given LL, UL is
-    uniform on [LL, upper]; given UL, LL is uniform on [lower, UL]. The paper's map of the unit square (eq. 63) gives
-    the same joint distribution, but its p1 and p2 are not LL and UL: holding one of them is no conditional draw.
-    """
+class UniformPair:
+    """Two inputs of one unit on [lower, upper]."""
 
     names: tuple[str, str]
     lower: float
@@ -126,13 +121,23 @@ class OrderedUniform:
     def __post_init__(self) -> None:
         """Refuse anything but two names and finite, increasing bounds."""
         if isinstance(self.names, str) or len(self.names) != 2:
-            raise ValueError(f"An ordered pair has exactly two names, got {self.names!r}: give (lower, upper).")
-        check_bounds(" <= ".join(self.names), self.lower, self.upper)
+            raise ValueError(f"{type(self).__name__} has exactly two names, got {self.names!r}: give (lower, upper).")
+        check_bounds(" and ".join(self.names), self.lower, self.upper)
 
     @property
     def units(self) -> tuple[str, str]:
         """The unit, once for each input."""
         return (self.unit, self.unit)
+
+
+@dataclass(frozen=True)
+class OrderedUniform(UniformPair):
+    """A pair (LL, UL), uniform on the triangle lower <= LL <= UL <= upper.
+
+    The density of LL falls linearly to zero at `upper`, that of UL rises linearly from zero at `lower`. Given LL, UL is
+    uniform on [LL, upper]; given UL, LL is uniform on [lower, UL]. The paper's map of the unit square (eq. 63) gives
+    the same joint distribution, but its p1 and p2 are not LL and UL: holding one of them is no conditional draw.
+    """
 
     def sample(self, u: Array) -> Array:
         """Draws (n, 2) from u (n, 2) in [0, 1): LL by inversion of its marginal distribution, then UL given LL."""

@@ -132,7 +132,7 @@ class ElementaryEffects(Result):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The inputs."""
+        """The inputs of the design."""
         return self.design.distribution.names
 
     def plot(self, **options: Any) -> "Figure":

@@ -44,11 +44,6 @@ class GivenDataIndices(Result):
 
     kinds = ("first",)
 
-    @property
-    def row_names(self) -> tuple[str, ...]:
-        """The inputs."""
-        return self.input_names
-
     def to_dict(self) -> dict[str, Any]:
         """Plain dictionaries and numbers, ready for JSON."""
         return {

@@ -6,28 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .distributions import Array, BlockWithDensity, Density, OrderedUniform, check_bounds
+from .distributions import Array, BlockWithDensity, Density, OrderedUniform, UniformPair
 
 
 @dataclass(frozen=True)
-class Equal:
+class Equal(UniformPair):
     """Two inputs that are always equal, uniform on [lower, upper): a jam, as limits. A part of a `Mixture`."""
-
-    names: tuple[str, str]
-    lower: float
-    upper: float
-    unit: str = ""
-
-    def __post_init__(self) -> None:
-        """Refuse anything but two names and finite, increasing bounds."""
-        if isinstance(self.names, str) or len(self.names) != 2:
-            raise ValueError(f"Equal inputs have exactly two names, got {self.names!r}.")
-        check_bounds(" = ".join(self.names), self.lower, self.upper)
-
-    @property
-    def units(self) -> tuple[str, str]:
-        """The unit, once for each input."""
-        return (self.unit, self.unit)
 
     @property
     def bounds(self) -> tuple[tuple[float, float], ...]:

@@ -37,11 +37,6 @@ class PawnIndices(Result):
 
     kinds = ("median", "largest", "mean")
 
-    @property
-    def row_names(self) -> tuple[str, ...]:
-        """The inputs."""
-        return self.input_names
-
     def to_dict(self) -> dict[str, Any]:
         """Plain dictionaries and numbers, ready for JSON."""
         outputs = self.by_output()

@@ -21,12 +21,13 @@ class Result:
     """
 
     kinds: tuple[str, ...]
+    input_names: tuple[str, ...]
     output_names: tuple[str, ...]
 
     @property
     def row_names(self) -> tuple[str, ...]:
-        """Name of each row."""
-        raise NotImplementedError
+        """Name of each row: the inputs, where a result says nothing else."""
+        return self.input_names
 
     def to_dict(self) -> dict[str, Any]:
         """Plain dictionaries and numbers, ready for JSON."""

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 from lxml import etree
 
+from fmu_src.description import xml_elements as xml
 from fmu_src.description.model_description import ModelDescription, Variable
-from fmu_src.description.xml_elements import add_head, attributes, document, places, root_attributes, type_name
 
 
 def write_fmi2(model: ModelDescription, guid: str, version: str) -> bytes:
     """The description of a model in FMI 2.0."""
     head = {"fmiVersion": "2.0", "guid": guid, "numberOfEventIndicators": "0"}
-    root = etree.Element("fmiModelDescription", head | root_attributes(model, version))
+    root = etree.Element("fmiModelDescription", head | xml.root_attributes(model, version))
     made = model.implementation
     common = {
         "modelIdentifier": model.name,
@@ -25,18 +25,18 @@ def write_fmi2(model: ModelDescription, guid: str, version: str) -> bytes:
     if made.has_model_exchange:
         kinds = {"ModelExchange": {"completedIntegratorStepNotNeeded": not model.has_step_events}, **kinds}
     for kind, own in kinds.items():
-        element = etree.SubElement(root, kind, attributes(common | own))
+        element = etree.SubElement(root, kind, xml.attributes(common | own))
         if made.sources:
             files = etree.SubElement(element, "SourceFiles")
             for name in made.sources:
                 etree.SubElement(files, "File", name=name)
-    add_head(root, model, _add_enumeration)
+    xml.add_head(root, model, _add_enumeration)
     variables = etree.SubElement(root, "ModelVariables")
     index = {variable.name: place for place, variable in enumerate(model.variables, start=1)}
     for variable in model.variables:
         _add_variable(variables, variable, index)
     _add_structure(root, model, index)
-    return document(root)
+    return xml.document(root)
 
 
 def _add_enumeration(parent: etree._Element, name: str) -> etree._Element:
@@ -44,32 +44,9 @@ def _add_enumeration(parent: etree._Element, name: str) -> etree._Element:
 
 
 def _add_variable(parent: etree._Element, variable: Variable, index: dict[str, int]) -> None:
-    common = {
-        "name": variable.name,
-        "valueReference": index[variable.name] - 1,
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": variable.variability,
-        "initial": variable.initial,
-    }
-    element = etree.SubElement(parent, "ScalarVariable", attributes(common))
-    if variable.boolean:
-        start = None if variable.start is None else bool(variable.start)
-        etree.SubElement(element, "Boolean", attributes({"start": start}))
-        return
-    if variable.items:
-        etree.SubElement(element, "Enumeration", declaredType=type_name(variable))
-        return
-    real = {
-        "unit": variable.unit,
-        "displayUnit": variable.display_unit,
-        "min": variable.minimum,
-        "max": variable.maximum,
-        "nominal": variable.nominal,
-        "start": variable.start,
-        "derivative": index[variable.derivative_of] if variable.derivative_of else None,
-    }
-    etree.SubElement(element, "Real", attributes(real))
+    common = xml.attributes(xml.variable_attributes(variable, index[variable.name] - 1))
+    tag, own = xml.type_and_attributes(variable, index, "Real")
+    etree.SubElement(etree.SubElement(parent, "ScalarVariable", common), tag, xml.attributes(own))
 
 
 def _add_structure(root: etree._Element, model: ModelDescription, index: dict[str, int]) -> None:
@@ -82,8 +59,8 @@ def _add_structure(root: etree._Element, model: ModelDescription, index: dict[st
         parent = etree.SubElement(structure, tag)
         for variable in unknowns:
             knowns = model.knowns(variable, is_initial)
-            given = {"index": index[variable.name], "dependencies": places(knowns, index)}
-            etree.SubElement(parent, "Unknown", attributes(given))
+            given = {"index": index[variable.name], "dependencies": xml.places(knowns, index)}
+            etree.SubElement(parent, "Unknown", xml.attributes(given))
 
     add("Outputs", model.outputs, is_initial=False)
     add("Derivatives", model.derivatives, is_initial=False)

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 from lxml import etree
 
+from fmu_src.description import xml_elements as xml
 from fmu_src.description.model_description import ModelDescription, Variable
-from fmu_src.description.xml_elements import add_head, attributes, document, places, root_attributes, type_name
 
 
 def write_fmi3(model: ModelDescription, token: str, version: str) -> bytes:
     """The description of a model in FMI 3.0."""
     head = {"fmiVersion": "3.0", "instantiationToken": token}
-    root = etree.Element("fmiModelDescription", head | root_attributes(model, version))
+    root = etree.Element("fmiModelDescription", head | xml.root_attributes(model, version))
     made = model.implementation
     common = {
         "modelIdentifier": model.name,
@@ -23,17 +23,17 @@ def write_fmi3(model: ModelDescription, token: str, version: str) -> bytes:
     }
     if made.has_model_exchange:
         etree.SubElement(
-            root, "ModelExchange", attributes(common | {"needsCompletedIntegratorStep": model.has_step_events})
+            root, "ModelExchange", xml.attributes(common | {"needsCompletedIntegratorStep": model.has_step_events})
         )
     own = {"canHandleVariableCommunicationStepSize": True, "hasEventMode": False}
-    etree.SubElement(root, "CoSimulation", attributes(common | own))
-    add_head(root, model, _add_enumeration)
+    etree.SubElement(root, "CoSimulation", xml.attributes(common | own))
+    xml.add_head(root, model, _add_enumeration)
     variables = etree.SubElement(root, "ModelVariables")
     reference = {variable.name: place for place, variable in enumerate(model.variables)}
     for variable in model.variables:
         _add_variable(variables, variable, reference)
     _add_structure(root, model, reference)
-    return document(root)
+    return xml.document(root)
 
 
 def _add_enumeration(parent: etree._Element, name: str) -> etree._Element:
@@ -41,31 +41,9 @@ def _add_enumeration(parent: etree._Element, name: str) -> etree._Element:
 
 
 def _add_variable(parent: etree._Element, variable: Variable, reference: dict[str, int]) -> None:
-    common = {
-        "name": variable.name,
-        "valueReference": reference[variable.name],
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": variable.variability,
-        "initial": variable.initial,
-    }
-    if variable.boolean:
-        start = None if variable.start is None else bool(variable.start)
-        etree.SubElement(parent, "Boolean", attributes(common | {"start": start}))
-        return
-    if variable.items:
-        etree.SubElement(parent, "Enumeration", attributes(common | {"declaredType": type_name(variable)}))
-        return
-    float64 = {
-        "unit": variable.unit,
-        "displayUnit": variable.display_unit,
-        "min": variable.minimum,
-        "max": variable.maximum,
-        "nominal": variable.nominal,
-        "start": variable.start,
-        "derivative": reference[variable.derivative_of] if variable.derivative_of else None,
-    }
-    etree.SubElement(parent, "Float64", attributes(common | float64))
+    common = xml.variable_attributes(variable, reference[variable.name])
+    tag, own = xml.type_and_attributes(variable, reference, "Float64")
+    etree.SubElement(parent, tag, xml.attributes(common | own))
 
 
 def _add_structure(root: etree._Element, model: ModelDescription, reference: dict[str, int]) -> None:
@@ -75,8 +53,8 @@ def _add_structure(root: etree._Element, model: ModelDescription, reference: dic
     def add(tag: str, unknowns: Sequence[Variable], is_initial: bool) -> None:
         for variable in unknowns:
             knowns = model.knowns(variable, is_initial)
-            given = {"valueReference": reference[variable.name], "dependencies": places(knowns, reference)}
-            etree.SubElement(structure, tag, attributes(given))
+            given = {"valueReference": reference[variable.name], "dependencies": xml.places(knowns, reference)}
+            etree.SubElement(structure, tag, xml.attributes(given))
 
     add("Output", model.outputs, is_initial=False)
     add("ContinuousStateDerivative", model.derivatives, is_initial=False)
@@ -92,9 +70,9 @@ def write_build_description(model: ModelDescription) -> bytes:
         etree.SubElement(files, "SourceFile", name=name)
     shared = "For a shared library. Without it the names of all functions begin with the model identifier."
     definition = {"name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "optional": True, "description": shared}
-    etree.SubElement(files, "PreprocessorDefinition", attributes(definition))
+    etree.SubElement(files, "PreprocessorDefinition", xml.attributes(definition))
     etree.SubElement(configuration, "Library", name="m", external="true", description="Mathematics of the C library")
-    return document(root)
+    return xml.document(root)
 
 
 def write_terminals_and_icons() -> bytes:
@@ -102,6 +80,6 @@ def write_terminals_and_icons() -> bytes:
     root = etree.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     representation = etree.SubElement(root, "GraphicalRepresentation")
     corners = {"x1": -100.0, "y1": -100.0, "x2": 100.0, "y2": 100.0}
-    etree.SubElement(representation, "CoordinateSystem", attributes(corners | {"suggestedScalingFactorTo_mm": 0.1}))
-    etree.SubElement(representation, "Icon", attributes(corners))
-    return document(root)
+    etree.SubElement(representation, "CoordinateSystem", xml.attributes(corners | {"suggestedScalingFactorTo_mm": 0.1}))
+    etree.SubElement(representation, "Icon", xml.attributes(corners))
+    return xml.document(root)

@@ -1,6 +1,7 @@
 """Parts of modelDescription.xml that FMI 2.0 and 3.0 write alike."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from lxml import etree
 
@@ -80,6 +81,39 @@ def _add_units(root: etree._Element, variables: Sequence[Variable]) -> None:
         for display, (_, si_per_display) in DISPLAY_UNITS.items():
             if display in displayed:
                 etree.SubElement(unit, "DisplayUnit", attributes({"name": display, "factor": 1 / si_per_display}))
+
+
+def variable_attributes(variable: Variable, reference: int) -> dict[str, Any]:
+    """What both standards say about a variable, in their order."""
+    return {
+        "name": variable.name,
+        "valueReference": reference,
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": variable.variability,
+        "initial": variable.initial,
+    }
+
+
+def type_and_attributes(variable: Variable, place: dict[str, int], number: str) -> tuple[str, dict[str, Any]]:
+    """Name of its type's element, and what stands there; ``place`` as a derivative points at its state.
+
+    Args:
+        number: what the standard calls a floating-point number.
+    """
+    if variable.boolean:
+        return "Boolean", {"start": None if variable.start is None else bool(variable.start)}
+    if variable.items:
+        return "Enumeration", {"declaredType": type_name(variable)}
+    return number, {
+        "unit": variable.unit,
+        "displayUnit": variable.display_unit,
+        "min": variable.minimum,
+        "max": variable.maximum,
+        "nominal": variable.nominal,
+        "start": variable.start,
+        "derivative": place[variable.derivative_of] if variable.derivative_of else None,
+    }
 
 
 def document(root: etree._Element) -> bytes:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surrogate.exports.program import Affine, Apply, Constant, GroupSum, Join, Products, Program, Softmax, Take
+from surrogate.exports.program import Program
+from surrogate.exports.steps import Affine, Apply, Constant, GroupSum, Join, Products, Softmax, Take
 from surrogate.models.evaluation import Variable
 from surrogate.models.local_models import LocalModelNetwork
 from surrogate.models.network import Network

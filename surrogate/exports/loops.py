@@ -11,19 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from surrogate.exports.program import (
-    Affine,
-    Apply,
-    Constant,
-    GroupSum,
-    Join,
-    Products,
-    Program,
-    Scale,
-    Softmax,
-    Step,
-    Take,
-)
+from surrogate.exports import steps
+from surrogate.exports.program import Program
+from surrogate.exports.steps import Step
 
 VALUES = {
     "tanh": "{tanh}({x})",
@@ -116,7 +106,7 @@ class Body:
             yield self.loop("i", self.d * self.d, f"d0[i] = i % {self.d + 1} == 0 ? 1 : 0;")
         for k, step in enumerate(self.steps, start=1):
             match step:
-                case Apply() | Products() | Softmax():
+                case steps.Apply() | steps.Products() | steps.Softmax():
                     yield from self.curved(step, k)
                 case _:
                     yield from self.linear(step, k, self.values, 1)
@@ -139,25 +129,25 @@ class Body:
             return statement if width == 1 else self.loop("c", width, statement)
 
         match step:
-            case Constant(values):
+            case steps.Constant(values):
                 yield self.loop("i", size * width, f"{y}[i] = {f'{table(values)}[i]' if is_value else 0};")
-            case Scale(x, shift, factor, offset):
+            case steps.Scale(x, shift, factor, offset):
                 moved = f"({at(names[x], 'i')} - {table(shift)}[i])" if is_value else at(names[x], "i")
                 added = f" + {table(offset)}[i]" if is_value else ""
                 yield self.loop("i", size, row(f"{at(y, 'i')} = {moved} * {table(factor)}[i]{added};"))
-            case Affine(x, W, b):
+            case steps.Affine(x, W, b):
                 yield self.loop("i", size * width, f"{y}[i] = {f'{table(b)}[i]' if is_value else 0};")
                 columns, rows, place = _columns(W)
                 entry = f"{table(columns)}[{place}]"
                 term = row(f"{at(y, 'i')} += {entry} * {at(names[x], 'j')};")
                 yield self.loop("j", W.shape[1], self.loop("i", rows, term))
-            case Take(x, i):
+            case steps.Take(x, i):
                 yield self.loop("i", size, row(f"{at(y, 'i')} = {at(names[x], f'{table(i)}[i]')};"))
-            case GroupSum(x, n):
+            case steps.GroupSum(x, n):
                 yield self.loop("i", size * width, f"{y}[i] = 0;")
                 term = row(f"{at(y, 'i')} += {at(names[x], f'i * {n} + j')};")
                 yield self.loop("i", size, self.loop("j", n, term))
-            case Join(parts):
+            case steps.Join(parts):
                 start = 0
                 for x in parts:
                     length = self.sizes[x] * width
@@ -169,17 +159,17 @@ class Body:
         size, d, table = self.sizes[k], self.d, self.tables.name
         y, dy = f"{self.values[k]}[i]", f"{self.slopes[k]}[i * {d} + c]"
         match step:
-            case Apply(x, function):
+            case steps.Apply(x, function):
                 words = self.language.words | {"x": f"{self.values[x]}[i]", "y": y}
                 value, slope = (formulas[function].format(**words) for formulas in (VALUES, SLOPES))
                 derivative = f"({slope}) * {self.slopes[x]}[i * {d} + c]"
-            case Products(u, v, i, j):
+            case steps.Products(u, v, i, j):
                 left, right = f"{table(i)}[i]", f"{table(j)}[i]"
                 a, b = f"{self.values[u]}[{left}]", f"{self.values[v]}[{right}]"
                 value = f"{a} * {b}"
                 du, dv = f"{self.slopes[u]}[{left} * {d} + c]", f"{self.slopes[v]}[{right} * {d} + c]"
                 derivative = f"{du} * {b} + {a} * {dv}"
-            case Softmax(x):
+            case steps.Softmax(x):
                 yield from self.shares(self.values[x], self.values[k], k)
                 value, derivative = "", f"{y} * ({self.slopes[x]}[i * {d} + c] - m{k}[c])"
                 if self.has_slopes:

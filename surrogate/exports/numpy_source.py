@@ -4,21 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from surrogate.exports import steps
 from surrogate.exports.closed_form import ClosedForm
 from surrogate.exports.loops import Language, Tables
-from surrogate.exports.program import (
-    Affine,
-    Apply,
-    Constant,
-    GroupSum,
-    Join,
-    Products,
-    Program,
-    Scale,
-    Softmax,
-    Step,
-    Take,
-)
+from surrogate.exports.program import Program
+from surrogate.exports.steps import Step
 from surrogate.exports.text import comment_lines
 
 PYTHON = Language(
@@ -71,24 +61,24 @@ def _function(program: Program, name: str, text: str, tables: Tables) -> list[st
 def _expression(step: Step, program: Program, tables: Tables) -> str:
     table = tables.name
     match step:
-        case Constant(values):
+        case steps.Constant(values):
             return f"np.broadcast_to({table(values)}, (*v0.shape[:-1], {len(values)}))"
-        case Scale(x, shift, factor, offset):
+        case steps.Scale(x, shift, factor, offset):
             return f"(v{x} - {table(shift)}) * {table(factor)} + {table(offset)}"
-        case Affine(x, W, b):
+        case steps.Affine(x, W, b):
             return f"v{x} @ {table(np.ascontiguousarray(W.T))}.reshape({W.shape[1]}, {W.shape[0]}) + {table(b)}"
-        case Apply(x, "softplus"):
+        case steps.Apply(x, "softplus"):
             return f"np.logaddexp(0.0, v{x})"
-        case Apply(x, function):
+        case steps.Apply(x, function):
             return f"np.{function}(v{x})"
-        case Take(x, i):
+        case steps.Take(x, i):
             return f"v{x}[..., {table(i)}]"
-        case Products(x, y, i, j):
+        case steps.Products(x, y, i, j):
             return f"v{x}[..., {table(i)}] * v{y}[..., {table(j)}]"
-        case GroupSum(x, size):
+        case steps.GroupSum(x, size):
             return f"v{x}.reshape(*v{x}.shape[:-1], {program.sizes[x] // size}, {size}).sum(axis=-1)"
-        case Softmax(x):
+        case steps.Softmax(x):
             shares = f"np.exp(v{x} - v{x}.max(axis=-1, keepdims=True))"
             return f"(lambda shares: shares / shares.sum(axis=-1, keepdims=True))({shares})"
-        case Join(parts):
+        case steps.Join(parts):
             return f"np.concatenate([{', '.join(f'v{x}' for x in parts)}], axis=-1)"

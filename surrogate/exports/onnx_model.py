@@ -6,20 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from surrogate.exports import steps
 from surrogate.exports.closed_form import ClosedForm
-from surrogate.exports.program import (
-    Affine,
-    Apply,
-    Constant,
-    GroupSum,
-    Join,
-    Products,
-    Program,
-    Scale,
-    Softmax,
-    Step,
-    Take,
-)
+from surrogate.exports.program import Program
+from surrogate.exports.steps import Step
 
 if TYPE_CHECKING:
     from onnx import ModelProto
@@ -121,32 +111,32 @@ def _add(graph: _Graph, program: Program, result: str) -> None:
 def _node(graph: _Graph, step: Step, values: list[str], program: Program) -> str:
     node, constant = graph.node, graph.constant
     match step:
-        case Constant(numbers):
+        case steps.Constant(numbers):
             first = node("Gather", ["inputs", constant(np.zeros(1, int))], axis=1)
             zero = node("Sub", [first, first])
             return node("Add", [zero, constant(numbers)])
-        case Scale(x, shift, factor, offset):
+        case steps.Scale(x, shift, factor, offset):
             scaled = node("Mul", [node("Sub", [values[x], constant(shift)]), constant(factor)])
             return node("Add", [scaled, constant(offset)])
-        case Affine(x, W, b):
+        case steps.Affine(x, W, b):
             return node("Add", [node("MatMul", [values[x], constant(W.T)]), constant(b)])
-        case Apply(x, "square"):
+        case steps.Apply(x, "square"):
             return node("Mul", [values[x], values[x]])
-        case Apply(x, "softplus"):  # max(x, 0) + log(1 + e^-|x|): onnxruntime has no Softplus in double precision
+        case steps.Apply(x, "softplus"):  # max(x, 0) + log(1 + e^-|x|): onnxruntime has no Softplus in double precision
             power = node("Exp", [node("Neg", [node("Abs", [values[x]])])])
             return node("Add", [node("Relu", [values[x]]), node("Log", [node("Add", [power, constant(np.ones(1))])])])
-        case Apply(x, function):
+        case steps.Apply(x, function):
             return node(FUNCTIONS[function], [values[x]])
-        case Take(x, i):
+        case steps.Take(x, i):
             return node("Gather", [values[x], constant(i)], axis=1)
-        case Products(x, y, i, j):
+        case steps.Products(x, y, i, j):
             pair = [node("Gather", [values[v], constant(k)], axis=1) for v, k in ((x, i), (y, j))]
             return node("Mul", pair)
-        case GroupSum(x, size):
+        case steps.GroupSum(x, size):
             shape = constant(np.array([-1, program.sizes[x] // size, size]))
             grouped = node("Reshape", [values[x], shape])
             return node("ReduceSum", [grouped, constant(np.array([2]))], keepdims=0)
-        case Softmax(x):
+        case steps.Softmax(x):
             return node("Softmax", [values[x]], axis=1)
-        case Join(parts):
+        case steps.Join(parts):
             return node("Concat", [values[x] for x in parts], axis=1)

@@ -7,92 +7,14 @@ last one is the result. There are few kinds of steps, so that each export says i
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from surrogate.exports import steps
+from surrogate.exports.steps import Step
 from surrogate.scaling import Array
-
-Function = Literal["tanh", "exp", "softplus", "square", "sqrt"]
-Indices = NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
-class Constant:
-    """Numbers that depend on nothing."""
-
-    values: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Scale:
-    """(x - shift) factor + offset, element by element."""
-
-    x: int
-    shift: Array
-    factor: Array
-    offset: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Affine:
-    """W x + b."""
-
-    x: int
-    W: Array
-    b: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Apply:
-    """A function of each element; softplus(x) is log(1 + e^x)."""
-
-    x: int
-    function: Function
-
-
-@dataclass(frozen=True, eq=False)
-class Take:
-    """Elements x_i, in the order of `i`."""
-
-    x: int
-    i: Indices
-
-
-@dataclass(frozen=True, eq=False)
-class Products:
-    """Products x_i y_j of pairs of elements."""
-
-    x: int
-    y: int
-    i: Indices
-    j: Indices
-
-
-@dataclass(frozen=True, eq=False)
-class GroupSum:
-    """Sums of `size` elements that follow each other."""
-
-    x: int
-    size: int
-
-
-@dataclass(frozen=True, eq=False)
-class Softmax:
-    """Shares e^x_i / sum_j e^x_j."""
-
-    x: int
-
-
-@dataclass(frozen=True, eq=False)
-class Join:
-    """The elements of several vectors, one after the other."""
-
-    parts: tuple[int, ...]
-
-
-Step = Constant | Scale | Affine | Apply | Take | Products | GroupSum | Softmax | Join
 
 
 @dataclass(eq=False)
@@ -106,8 +28,8 @@ class Program:
 
     def __post_init__(self) -> None:
         """Find the sizes."""
-        steps, self.steps, self.sizes = self.steps, [], [self.n_inputs]
-        for step in steps:
+        given, self.steps, self.sizes = self.steps, [], [self.n_inputs]
+        for step in given:
             self.add(step)
 
     def add(self, step: Step) -> int:
@@ -119,7 +41,7 @@ class Program:
     def scale(self, x: int, shift: ArrayLike = 0.0, factor: ArrayLike = 1.0, offset: ArrayLike = 0.0) -> int:
         """(x - shift) factor + offset, of numbers or vectors."""
         constants = (np.full(self.sizes[x], c, dtype=float) for c in (shift, factor, offset))
-        return self.add(Scale(x, *constants))
+        return self.add(steps.Scale(x, *constants))
 
     def evaluate(self, X: ArrayLike) -> Array:
         """The result (..., m) at the inputs X (..., n_inputs), by NumPy."""
@@ -142,15 +64,15 @@ class Program:
 
 def _size(step: Step, sizes: list[int]) -> int:
     match step:
-        case Constant(values):
+        case steps.Constant(values):
             return len(values)
-        case Affine(W=W):
+        case steps.Affine(W=W):
             return len(W)
-        case Take(i=i) | Products(i=i):
+        case steps.Take(i=i) | steps.Products(i=i):
             return len(i)
-        case GroupSum(x, size):
+        case steps.GroupSum(x, size):
             return sizes[x] // size
-        case Join(parts):
+        case steps.Join(parts):
             return sum(sizes[x] for x in parts)
         case _:
             return sizes[step.x]
@@ -158,24 +80,24 @@ def _size(step: Step, sizes: list[int]) -> int:
 
 def _evaluate(step: Step, values: list[Array]) -> Array:
     match step:
-        case Constant(constant):
+        case steps.Constant(constant):
             return np.broadcast_to(constant, (*values[0].shape[:-1], len(constant)))
-        case Scale(x, shift, factor, offset):
+        case steps.Scale(x, shift, factor, offset):
             return (values[x] - shift) * factor + offset
-        case Affine(x, W, b):
+        case steps.Affine(x, W, b):
             return values[x] @ W.T + b
-        case Apply(x, "softplus"):
+        case steps.Apply(x, "softplus"):
             return np.asarray(np.logaddexp(0.0, values[x]))
-        case Apply(x, function):
+        case steps.Apply(x, function):
             return np.asarray(getattr(np, function)(values[x]))
-        case Take(x, i):
+        case steps.Take(x, i):
             return values[x][..., i]
-        case Products(x, y, i, j):
+        case steps.Products(x, y, i, j):
             return values[x][..., i] * values[y][..., j]
-        case GroupSum(x, size):
+        case steps.GroupSum(x, size):
             return np.asarray(values[x].reshape(*values[x].shape[:-1], -1, size).sum(axis=-1))
-        case Softmax(x):
+        case steps.Softmax(x):
             shares = np.exp(values[x] - values[x].max(axis=-1, keepdims=True))
             return np.asarray(shares / shares.sum(axis=-1, keepdims=True))
-        case Join(parts):
+        case steps.Join(parts):
             return np.concatenate([values[x] for x in parts], axis=-1)

@@ -5,19 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Generic, Protocol, TypeVar
 
-from surrogate.exports.program import (
-    Affine,
-    Apply,
-    Constant,
-    GroupSum,
-    Join,
-    Products,
-    Program,
-    Scale,
-    Softmax,
-    Step,
-    Take,
-)
+from surrogate.exports import steps
+from surrogate.exports.program import Program
+from surrogate.exports.steps import Step
 
 E = TypeVar("E")
 """An expression: a string, or one of sympy's."""
@@ -53,36 +43,36 @@ def run(program: Program, inputs: Sequence[E], algebra: Algebra[E]) -> list[E]:
     values = [list(inputs)]
     for k, step in enumerate(program.steps, start=1):
         elements = _elements(step, values, algebra)
-        is_new = not isinstance(step, Constant | Take | Join)
+        is_new = not isinstance(step, steps.Constant | steps.Take | steps.Join)
         values.append([algebra.define(k, i, e) if is_new else e for i, e in enumerate(elements)])
     return values[-1]
 
 
 def _elements(step: Step, values: list[list[E]], algebra: Algebra[E]) -> list[E]:
     match step:
-        case Constant(constants):
+        case steps.Constant(constants):
             return [algebra.number(value) for value in constants.tolist()]
-        case Scale(x, shift, factor, offset):
+        case steps.Scale(x, shift, factor, offset):
             numbers = zip(values[x], shift.tolist(), factor.tolist(), offset.tolist(), strict=True)
             return [algebra.scaled(*each) for each in numbers]
-        case Affine(x, W, b):
+        case steps.Affine(x, W, b):
             rows = zip(W.tolist(), b.tolist(), strict=True)
             return [
                 algebra.total([(w, e) for w, e in zip(row, values[x], strict=True) if w], constant)
                 for row, constant in rows
             ]
-        case Apply(x, function):
+        case steps.Apply(x, function):
             return [algebra.call(function, e) for e in values[x]]
-        case Take(x, i):
+        case steps.Take(x, i):
             return [values[x][place] for place in i.tolist()]
-        case Products(x, y, i, j):
+        case steps.Products(x, y, i, j):
             return [algebra.product(values[x][a], values[y][b]) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
-        case GroupSum(x, size):
+        case steps.GroupSum(x, size):
             groups = [values[x][start : start + size] for start in range(0, len(values[x]), size)]
             return [algebra.total([(1.0, e) for e in group], 0.0) for group in groups]
-        case Softmax(x):
+        case steps.Softmax(x):
             powers = [algebra.call("exp", e) for e in values[x]]
             total = algebra.total([(1.0, power) for power in powers], 0.0)
             return [algebra.quotient(power, total) for power in powers]
-        case Join(parts):
+        case steps.Join(parts):
             return [e for x in parts for e in values[x]]
