@@ -7,7 +7,7 @@ Annoni 2012). All draws are transformations of numbers in [0, 1), so random and 
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -111,8 +111,9 @@ class Uniform:
 
 @dataclass(frozen=True)
 class UniformPair:
-    """Two inputs of one unit on [lower, upper]."""
+    """Two inputs of one unit on [lower, upper]; `relation` stands between their names in messages."""
 
+    relation: ClassVar[str]
     names: tuple[str, str]
     lower: float
     upper: float
@@ -122,7 +123,7 @@ class UniformPair:
         """Refuse anything but two names and finite, increasing bounds."""
         if isinstance(self.names, str) or len(self.names) != 2:
             raise ValueError(f"{type(self).__name__} has exactly two names, got {self.names!r}: give (lower, upper).")
-        check_bounds(" and ".join(self.names), self.lower, self.upper)
+        check_bounds(self.relation.join(self.names), self.lower, self.upper)
 
     @property
     def units(self) -> tuple[str, str]:
@@ -138,6 +139,8 @@ class OrderedUniform(UniformPair):
     uniform on [LL, upper]; given UL, LL is uniform on [lower, UL]. The paper's map of the unit square (eq. 63) gives
     the same joint distribution, but its p1 and p2 are not LL and UL: holding one of them is no conditional draw.
     """
+
+    relation = " <= "
 
     def sample(self, u: Array) -> Array:
         """Draws (n, 2) from u (n, 2) in [0, 1): LL by inversion of its marginal distribution, then UL given LL."""

@@ -13,6 +13,8 @@ from .distributions import Array, BlockWithDensity, Density, OrderedUniform, Uni
 class Equal(UniformPair):
     """Two inputs that are always equal, uniform on [lower, upper): a jam, as limits. A part of a `Mixture`."""
 
+    relation = " = "
+
     @property
     def bounds(self) -> tuple[tuple[float, float], ...]:
         """Least and greatest value of each input."""

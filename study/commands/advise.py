@@ -9,16 +9,12 @@ from rich.console import Console
 
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import check_writable
-from study.commands.options import FAILURE, Alpha, Altitude, Gamma, Json, Phi, given_failure, takes
+from study.commands.options import CONDITION, FAILURE, Json, given_failure, takes
 from study.files import save_figure
 
 
-@takes(FAILURE)
+@takes(CONDITION | FAILURE)
 def advise(
-    altitude_ft: Altitude,
-    gamma_deg: Gamma = 0.0,
-    alpha_deg: Alpha = (-5.0, 10.5),
-    phi_deg: Phi = (-30.0, 30.0),
     plot: Annotated[Path | None, typer.Option(help="Write the costs to this picture too.")] = None,
     as_json: Json = False,
     **given: Any,
@@ -37,7 +33,7 @@ def advise(
         raise InputError(f"{plot} does not end in .png; name the picture so.")
     if plot:
         check_writable(plot)
-    found = advice(envelope_slopes(altitude_ft, gamma_deg, failure, alpha_deg, phi_deg))
+    found = advice(envelope_slopes(limits=failure, **{name: given[name] for name in CONDITION}))
     values = found.to_dict()
     if plot and found.moves:
         from study.paper.advice_figure import plot_advice

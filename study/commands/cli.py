@@ -2,49 +2,42 @@
 
 import errno
 import io
-import json
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from contextlib import suppress
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from typer.exceptions import TyperException
 
 from gtm_fmu import __version__
 from gtm_fmu.errors import InputError
 from study.commands.advise import advise
-from study.commands.command import Commands
+from study.commands.build import build
+from study.commands.command import NO_SOLUTION, Commands
 from study.commands.dataset import dataset
 from study.commands.doctor import doctor
+from study.commands.envelope import envelope
 from study.commands.explorer import explorer
 from study.commands.machine import shortage
 from study.commands.maps import maps
 from study.commands.models import export, predict, train
-from study.commands.options import ASKED, FAILURE, Alpha, Altitude, Gamma, Json, Phi, given_failure, takes
-from study.commands.printing import show
 from study.commands.protocol import protocol
 from study.commands.sensitivity import sensitivity
+from study.commands.study import study
 from study.commands.surrogates import networks, surrogates, thrust_map
-from study.files import check_picture
-from surrogate.rudder.names import MODEL_HELP
+from study.commands.trims import linearize, trim
 
 if TYPE_CHECKING:
-    from gtm_fmu.trims.manoeuvre import Trim
+    pass
 
-BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
+BAD_INPUT, INTERRUPTED = 2, 130
 
 app = Commands(
     name="gtm-fmu",
     help="Flight envelopes of the impaired NASA Generic Transport Model: FMUs, trims, envelopes, surrogates.",
     pretty_exceptions_enable=False,
 )
-
-Fmu = Annotated[Path | None, typer.Option(help="Evaluate this GtmDynamics.fmu, or a native one, not the core.")]
 
 
 def _show_version(is_asked: bool) -> None:
@@ -67,205 +60,11 @@ def example(command: str) -> str:
     return f"\b\nExample:\n  gtm-fmu {command}"
 
 
-@contextmanager
-def _aircraft(fmu: Path | None, given: dict[str, Any]) -> Iterator[tuple[Callable, Callable]]:
-    """How to trim as `given` asks, and how to linearise: by the core, or over evaluations of an FMU."""
-    from gtm_fmu.core import solver
-    from gtm_fmu.trims import linearization, steady
-
-    failure = given_failure(given)
-    asked = {"limits": failure} | {name: given[name] for name in ASKED}
-    if fmu is None:
-        yield partial(steady.trim, **asked), linearization.linearize
-        return
-    if failure.airframe != solver.STUDY:
-        raise InputError(
-            f"'{fmu}' is the study's airframe with one throttle; leave out --fmu, or the options of another."
-        )
-    from fmu_src.description.dynamics_variables import dynamics_description
-    from gtm_fmu.aircraft.client import FmuClient, FmuError
-    from gtm_fmu.aircraft.evaluation import FmuAirframe
-    from gtm_fmu.trims.fmu_trimmer import FmuTrimmer
-
-    groups = dynamics_description().groups
-    states, rates, controls = ([v.name for v in groups[name]] for name in ("states", "derivatives", "controls"))
-    try:
-        with FmuClient(fmu, states=states, derivatives=rates, controls=controls) as client:
-            yield partial(FmuTrimmer(client).trim, **asked), partial(linearization.linearize_fmu, FmuAirframe(client))
-    except FmuError as error:
-        raise InputError(f"'{fmu}' cannot be evaluated ({error}); give a GtmDynamics.fmu built here.") from error
-
-
-def _described(found: "Trim") -> dict[str, Any]:
-    """A trim with its stability and controllability, which the nearest to one does not have."""
-    from gtm_fmu.trims.linearization import linearize as linear_model
-
-    verdicts = linear_model(found).verdicts if found.feasible else {"stable": None, "controllable": None}
-    return found.to_dict() | verdicts
-
-
-def _show_trim(found: "Trim", as_json: bool, title: str) -> None:
-    from study.commands.words import trim_rows
-
-    values = _described(found)
-    show(values if as_json else trim_rows(found, values), as_json, title)
-
-
-@app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
-@takes(ASKED | FAILURE)
-def trim(
-    altitude_ft: Altitude,
-    gamma_deg: Gamma = 0.0,
-    alpha_deg: Alpha = (-5.0, 10.5),
-    phi_deg: Phi = (-30.0, 30.0),
-    fmu: Fmu = None,
-    as_json: Json = False,
-    **given: Any,
-) -> None:
-    """Trim: the controls of one steady manoeuvre.
-
-    Besides altitude and flight path it takes a speed and two conditions, with a jammed rudder a speed and one. Straight
-    flight where none is given, and of several trims the one with the least sideslip; of turns to either side the right
-    one. Exit code 3 if the limits leave none; the nearest is printed all the same.
-    """
-    with _aircraft(fmu, given) as (solve, _):
-        found = solve(altitude_ft, gamma_deg=gamma_deg, alpha_deg=alpha_deg, phi_deg=phi_deg)
-    _show_trim(found, as_json, "Steady manoeuvre")
-    if not found.feasible:
-        raise typer.Exit(NO_SOLUTION)
-
-
-@app.command(epilog=example("linearize --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))
-@takes(ASKED | FAILURE)
-def linearize(
-    altitude_ft: Altitude,
-    gamma_deg: Gamma = 0.0,
-    alpha_deg: Alpha = (-5.0, 10.5),
-    phi_deg: Phi = (-30.0, 30.0),
-    fmu: Fmu = None,
-    as_json: Json = False,
-    **given: Any,
-) -> None:
-    """Linear model at a steady manoeuvre.
-
-    A, B, eigenvalues, stability and controllability.
-    States u v w p q r phi theta in ft/s, rad/s, rad; inputs elevator, aileron, rudder in deg and throttle in %, without
-    the jammed ones. Exit code 3 if the limits leave no such manoeuvre.
-    """
-    with _aircraft(fmu, given) as (solve, linear_model):
-        found = solve(altitude_ft, gamma_deg=gamma_deg, alpha_deg=alpha_deg, phi_deg=phi_deg)
-        model = linear_model(found) if found.feasible else None
-    from study.commands.words import model_rows
-
-    if model is None:
-        _show_trim(found, as_json, "No such steady manoeuvre; the nearest")
-        raise typer.Exit(NO_SOLUTION)
-    show(model.to_dict() if as_json else model_rows(model), as_json, "Linear model")
-
-
-@app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))
-@takes(FAILURE)
-def envelope(
-    altitude_ft: Annotated[float | None, typer.Option(help="Geometric altitude, 0 to 36089 ft; required.")] = None,
-    gamma_deg: Annotated[float | None, typer.Option(help="Flight-path angle in deg, in a climb positive.")] = None,
-    alpha_deg: Alpha = (-5.0, 10.5),
-    phi_deg: Phi = (-30.0, 30.0),
-    over: Annotated[
-        tuple[str, float, float, float] | None,
-        typer.Option(metavar="AXIS LOWER UPPER STEP", help="Vary gamma, altitude, or the position a control jams at."),
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Write turn rate over speed to this .png or .html too.")] = None,
-    as_json: Json = False,
-    **given: Any,
-) -> None:
-    """Lowest and highest speed that a failure leaves, exact.
-
-    The trims at both ends come with them. Without any envelope "feasible" is false, the manoeuvre that exceeds the
-    limits least comes as the nearest, and the exit code is still 0.
-    With --over, envelopes along an axis with their polygons, as --over gamma -5 5 1 or --over rudder -30 30 10.
-    """
-    from gtm_fmu.envelopes.envelope import FlightCondition
-
-    limits = given_failure(given)
-    if over:
-        from study.commands.family import check_over, show_family
-
-        check_over(over, altitude_ft, gamma_deg, given)
-        altitude_ft = over[1] if over[0] == "altitude" else altitude_ft
-    if altitude_ft is None:
-        raise InputError("Missing option '--altitude-ft'; see `gtm-fmu envelope --help`.")
-    if plot:
-        check_picture(plot)
-    condition = FlightCondition(altitude_ft, gamma_deg or 0.0, limits, alpha_deg, phi_deg)
-    if over:
-        return show_family(condition, over, plot, as_json)
-    found = condition.envelope()
-    values = found.to_dict() | {"intervals_kt": condition.intervals()}
-    for end in ("at_v_min", "at_v_max", "nearest"):
-        values[end] = (trim := getattr(found, end)) and _described(trim)
-    if plot:
-        from study.figures.envelopes import save_envelope
-
-        save_envelope(condition, plot)
-        values["plot"] = str(plot)
-    from study.commands.words import envelope_rows
-
-    show(values if as_json else envelope_rows(found, values), as_json, "Envelope")
-
-
-@app.command(epilog=example("build dynamics-native surrogate-native --output build/fmu"))
-def build(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(
-            help="dynamics, aircraft, envelope, surrogate with -native (FMI 2.0 in C) or -native3 (FMI 3.0 in C), or "
-            "alone (Python inside); thrust-map-native."
-        ),
-    ] = None,
-    output: Annotated[Path, typer.Option(help="Folder of the FMUs.")] = Path("build/fmu"),
-    model: Annotated[str | None, typer.Option(metavar="NAME|FILE|FOLDER", help=f"The surrogate: {MODEL_HELP}")] = None,
-    all_platforms: Annotated[
-        bool, typer.Option("--all-platforms", help="Native FMUs for every platform; needs the extra 'cross'.")
-    ] = False,
-    as_json: Json = False,
-) -> None:
-    """Build FMUs; without names dynamics-native, aircraft-native, envelope-native and surrogate-native.
-
-    Those run anywhere, and all but the aircraft do model exchange too. With a 3 at the end they are FMI 3.0. Without
-    -native they are FMI 2.0 co-simulation and need a Python in the importing tool.
-    """
-    from fmu_src.fmus import MODELS, build_fmu
-    from study.progress import stages
-
-    names = names or [f"{name}-native" for name in MODELS]
-    if model is not None and not any(name.startswith("surrogate") for name in names):
-        raise InputError(f"--model {model} is for the surrogate FMU, which is not built; leave it out.")
-    paths = []
-    is_shown = all_platforms or sys.stderr.isatty()
-    with stages(Console(stderr=True, quiet=not is_shown)) as stage:
-        for name in names:
-            with stage(f"Build {name}") as advance:
-                paths.append(str(build_fmu(name, output, model, all_platforms, advance)))
-    show({"fmus": paths}, as_json, "Built")
-
-
-@app.command(epilog=example("study --output build/study"))
-def study(
-    output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("build/study"),
-    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Start of all random numbers.")] = 0,
-    as_json: Json = False,
-) -> None:
-    """The whole study, with figures and a results table.
-
-    FMUs, trims, linear models, envelopes, networks and sensitivity, beside the published values.
-    """
-    from study.paper.pipeline import run
-    from study.paper.report import markdown
-
-    results = run(output, seed)
-    print(json.dumps(results, allow_nan=False) if as_json else f"{markdown(results)}\nAll files are in {output}.")
-
-
+app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))(trim)
+app.command(epilog=example("linearize --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))(linearize)
+app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(envelope)
+app.command(epilog=example("build dynamics-native surrogate-native --output build/fmu"))(build)
+app.command(epilog=example("study --output build/study"))(study)
 app.command(epilog=example("advise --altitude-ft 10000 --gamma-deg -5 --rudder-deg 5 25"))(advise)
 app.command(epilog=example("train wing.csv --inputs span_mm,alpha_deg --outputs lift:N --output wing.json"))(train)
 app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(predict)

@@ -9,6 +9,9 @@ from typer.exceptions import TyperException
 from gtm_fmu.errors import InputError
 from study.commands.machine import check_limits
 
+NO_SOLUTION = 3
+"""Exit code where the limits leave nothing."""
+
 
 class _Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

@@ -13,6 +13,7 @@ import psutil
 import typer
 
 from gtm_fmu.core.library import library_path
+from study.commands.command import NO_SOLUTION
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 
@@ -84,4 +85,4 @@ def doctor(
         for part in found:
             print(f"  {part.name:20} {part.found or f'missing, for {part.purpose}: {part.advice}'}")
     if not any(part.name == "compiled core" and part.found for part in found):
-        raise typer.Exit(3)
+        raise typer.Exit(NO_SOLUTION)

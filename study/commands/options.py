@@ -8,7 +8,7 @@ import typer
 
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.inputs import LIMITED, QUANTITIES, EngineOut, failure, limit_columns
-from gtm_fmu.aircraft.ranges import WIDEST
+from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, WIDEST
 from gtm_fmu.errors import InputError
 
 Pair = tuple[float, float]
@@ -50,6 +50,15 @@ Altitude = Annotated[float, typer.Option(help="Geometric altitude, 0 to 36089 ft
 Gamma = Annotated[float, typer.Option(help="Flight-path angle in deg, positive in a climb.")]
 Alpha = Annotated[Pair, pair("Bounds of the angle of attack in deg, at the widest -20 40.")]
 Phi = Annotated[Pair, pair("Bounds of the bank angle in deg, at the widest -80 80.")]
+REQUIRED = inspect.Parameter.empty
+CONDITION: dict[str, Option] = {
+    "altitude_ft": Option(Altitude, REQUIRED),
+    "gamma_deg": Option(Gamma, 0.0),
+    "alpha_deg": Option(Alpha, ALPHA_DEG),
+    "phi_deg": Option(Phi, PHI_DEG),
+}
+"""Options that tell a flight condition, and the bounds of angle of attack and bank."""
+
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 

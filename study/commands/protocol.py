@@ -36,7 +36,7 @@ def protocol(
     if find_spec("torch") is None:
         raise InputError("Networks are trained with torch, which is not here; run pip install 'gtm-fmu[train]'.")
     from study.paper.protocol import Protocol, run
-    from study.paper.protocol_report import markdown, summary
+    from study.paper.protocol_report import protocol_report, summary
 
     folder = writable_folder(output)
     with stages(Console(stderr=True)) as stage:
@@ -45,8 +45,10 @@ def protocol(
         comparison = Protocol(lattice, folder, rounds, jobs)
         results = summary(run(comparison, splits, min(splits, data_set_splits), stage))
     write_text(json.dumps(results, indent=1, allow_nan=False), folder / "results.json")
-    write_text(markdown(results), folder / "results.md")
-    print(json.dumps(results, allow_nan=False) if as_json else f"{markdown(results)}\nAll files are in {folder}.")
+    write_text(protocol_report(results), folder / "results.md")
+    print(
+        json.dumps(results, allow_nan=False) if as_json else f"{protocol_report(results)}\nAll files are in {folder}."
+    )
 
 
 def _lattice(store: Path, advance: Advance) -> "Lattice":

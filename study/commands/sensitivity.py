@@ -1,7 +1,6 @@
 """`gtm-fmu sensitivity`: which inputs matter, for the aircraft, a model of one's own, an FMU or a table of runs."""
 
 import json
-import re
 import shutil
 import sys
 from collections.abc import Callable, Sequence
@@ -17,13 +16,14 @@ from rich.table import Table
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import check_kept, check_writable
 from study.commands.options import Json, Pair, pair
+from study.commands.sensitivity_inputs import Laws, described_inputs, words
 from study.files import save_figure, write_text
 from study.progress import stages
 
 if TYPE_CHECKING:
     from sensitivity import Distribution
     from sensitivity.result import Result
-    from study.commands.sensitivity_models import Model
+    from study.commands.evaluated_model import Model
 
 Method = Literal["variance", "interactions", "shapley", "full-independent", "effects", "given-data", "pawn"]
 OF_TABLES = ("given-data", "pawn")
@@ -94,7 +94,7 @@ def sensitivity(
     groups: Annotated[
         list[str] | None, typer.Option("--group", metavar="NAMES", help="Inputs with an index of their own together.")
     ] = None,
-    order: Annotated[int, typer.Option(help="Of interactions: pairs 2, up to all inputs.")] = 2,
+    order: Annotated[int | None, typer.Option(help="Of interactions: 2 (default), up to all inputs.")] = None,
     until: Annotated[
         float | None, typer.Option(help="Double N until no interval of the indices reaches further, as 0.01.")
     ] = None,
@@ -113,10 +113,13 @@ def sensitivity(
     (elementary effects), and of a table or a random sample given-data (first) and pawn (moment-free).
     """
     _check_files(output, plot, data, distribution)
-    chosen = tuple(_words(spelling) for spelling in groups or [])
+    chosen = tuple(words(spelling) for spelling in groups or [])
     ranges = {"altitude_ft": altitude_ft, "gamma_deg": gamma_deg, "rudder_deg": rudder_deg}
-    wanted = _words(outputs) if outputs else ()
-    asked = Asked(method, samples or 0, sampling, replications, seed, confidence, order, chosen, until)
+    wanted = words(outputs) if outputs else ()
+    if order is not None and method != "interactions":
+        raise InputError(f"--order is for the method interactions, not for {method}: leave it out.")
+    highest = 2 if order is None else order
+    asked = Asked(method, samples or 0, sampling, replications, seed, confidence, highest, chosen, until)
     _check_asked(asked, samples)
     kept = output.with_name(f"{output.name}.unfinished") if output and data is None else None
     with stages(Console(stderr=True, quiet=as_json and not sys.stderr.isatty())) as stage:
@@ -125,11 +128,11 @@ def sensitivity(
                 beside = [distribution, *(inputs or []), *ranges.values(), jam_share, infeasible, stop_time_s, samples]
                 if any(item is not None for item in beside) or columns is None or not wanted:
                     raise InputError("A table of runs is read by --data, --columns and --outputs; no distribution.")
-                result, facts = _of_table(data, _words(columns), wanted, asked)
+                result, facts = _of_table(data, words(columns), wanted, asked)
             else:
                 if columns is not None:
                     raise InputError("--columns are of a table of runs: give --data too, or leave it out.")
-                laws = _laws(model, distribution, inputs or [], ranges, jam_share)
+                laws = described_inputs(model, distribution, inputs or [], ranges, jam_share)
                 result, facts = _of_model(model, laws, wanted, (stop_time_s, step_s), infeasible, asked, kept, stage)
         except ValueError as error:
             raise InputError(str(error)) from None
@@ -161,68 +164,6 @@ def _check_asked(asked: Asked, samples: int | None) -> None:
         raise InputError(f"--group is for the method variance, not for {asked.method}: leave it out.")
 
 
-def _words(spelling: str) -> tuple[str, ...]:
-    return tuple(word.strip() for word in spelling.split(",") if word.strip())
-
-
-Laws = tuple["Distribution", tuple[tuple[str, ...], ...]]
-
-
-def _laws(
-    model: str, path: Path | None, inputs: Sequence[str], ranges: dict[str, Pair | None], jam_share: float | None
-) -> Laws | None:
-    """The distribution that is asked for, with its groups; None for the ranges of a model of one's own."""
-    from sensitivity import described_distribution, read_distribution
-    from study.commands.sensitivity_models import AIRCRAFT
-
-    condition = jam_share is not None or any(ends is not None for ends in ranges.values())
-    if sum((path is not None, bool(inputs), condition)) > 1:
-        raise InputError(
-            "Inputs are described twice: give --distribution, or --input for each, or the rudder's ranges."
-        )
-    if path is not None:
-        return read_distribution(path)
-    if inputs:
-        return described_distribution({"inputs": [_law(spelling) for spelling in inputs]})
-    if model not in AIRCRAFT:
-        if condition:
-            raise InputError(f"Ranges of the rudder are not for '{model}': give --distribution or --input.")
-        return None
-    from gtm_fmu.aircraft.ranges import WIDEST
-    from gtm_fmu.datasets.off_lattice import ALTITUDE_FT, GAMMA_DEG
-
-    defaults = ALTITUDE_FT, GAMMA_DEG, WIDEST["rudder_deg"]
-    altitude, gamma, rudder = (list(given or default) for given, default in zip(ranges.values(), defaults, strict=True))
-    return described_distribution(
-        {
-            "inputs": [
-                {"name": "altitude_ft", "unit": "ft", "uniform": altitude},
-                {"name": "gamma_deg", "unit": "deg", "uniform": gamma},
-                {
-                    "names": ["rudder_lower_deg", "rudder_upper_deg"],
-                    "unit": "deg",
-                    "ordered": rudder,
-                    "jam_share": jam_share or 0.0,
-                },
-            ]
-        }
-    )
-
-
-def _law(spelling: str) -> dict[str, Any]:
-    """An input as --input spells it."""
-    found = re.fullmatch(r"(.+?)=(\w+):(.*)", spelling)
-    try:
-        if not found:
-            raise ValueError
-        numbers = [float(number) for number in found[3].split(",")]
-    except ValueError:
-        raise InputError(f"--input was given as '{spelling}': give NAME=LAW:NUMBERS, as x=norm:5,2.") from None
-    if found[2] == "uniform":
-        return {"name": found[1], "uniform": numbers}
-    return {"name": found[1], "law": found[2], "parameters": numbers}
-
-
 def _of_table(path: Path, columns: tuple[str, ...], outputs: tuple[str, ...], asked: Asked) -> tuple["Result", dict]:
     from sensitivity import given_data_indices, pawn_indices
     from surrogate.training.samples import read_samples
@@ -251,7 +192,8 @@ def _of_model(
 ) -> tuple["Result", dict]:
     """The result, and facts about the run; `kept`: a folder for the outputs of an unfinished run."""
     from sensitivity import conditioned
-    from study.commands.sensitivity_models import AIRCRAFT, kept_on_disk, opened, remembered
+    from study.commands.evaluated_model import kept_on_disk, remembered
+    from study.commands.sensitivity_models import AIRCRAFT, opened
 
     with opened(name, laws[0].names if laws else (), outputs, *simulated) as model:
         whole, groups = laws or (model.ranges, ())

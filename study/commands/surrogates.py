@@ -29,7 +29,7 @@ def surrogates(
     from study.files import save_figure, write_text
     from study.progress import stages
     from study.research import surrogate_figures
-    from study.research.surrogate_report import markdown
+    from study.research.surrogate_report import surrogates_report
     from study.research.surrogate_study import run
 
     results = run(output, only)
@@ -41,7 +41,7 @@ def surrogates(
             save_figure(surrogate_figures.plot_fold(cut), output / "surrogate_fold.png")
     if results.keys() & {"models", "curves"}:
         save_figure(surrogate_figures.plot_errors(results), output / "surrogate_errors.png")
-    text = markdown(results)
+    text = surrogates_report(results)
     write_text(text, output / "surrogates.md")
     print(json.dumps(results, allow_nan=False) if as_json else f"{text}\nAll files are in {output}.")
 

@@ -95,7 +95,7 @@ def run(output: Path, seed: int = 0, console: Console | None = None) -> dict[str
             save_figure(plot_bars(everything, labels=figures.LABELS), output / "failures.png")
         results["fmus"] = [dynamics.name, surrogate.name]
         write_text(json.dumps(results, indent=1, allow_nan=False), output / "results.json")
-        write_text(report.markdown(results), output / "results.md")
+        write_text(report.study_report(results), output / "results.md")
     return results
 
 

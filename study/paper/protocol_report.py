@@ -7,6 +7,7 @@ import numpy as np
 
 from study.paper import published
 from study.paper.protocol_figures import NAMES
+from study.tables import markdown_table, short
 
 PAPER = {
     "bayesian_regularization": f"{published.MSE_ANN[6]:.3g}",
@@ -68,38 +69,40 @@ def _corner_share(part: dict[str, Any]) -> float:
     return float(squares[[case in corners for case in cases]].sum() / squares.sum())
 
 
-def markdown(results: dict[str, Any]) -> str:
+def protocol_report(results: dict[str, Any]) -> str:
     """The tables."""
     methods, splits = results["methods"], range(len(results["corners"]))
     heads = ["method", *(f"split {s + 1}{' (corner)' if results['corners'][s] else ''}" for s in splits)]
     best = [
-        [NAMES[name], *map(_g, values["best"]), _g(median(values["best"])), PAPER[name]]
+        [NAMES[name], *map(short, values["best"]), short(median(values["best"])), PAPER[name]]
         for name, values in methods.items()
     ]
     spread = [
-        [NAMES[name], *(f"{_g(m)} / {_g(w)}" for m, w in zip(values["median"], values["worst"], strict=True))]
+        [NAMES[name], *(f"{short(m)} / {short(w)}" for m, w in zip(values["median"], values["worst"], strict=True))]
         for name, values in methods.items()
     ]
     outputs = [
-        [NAMES[name], *(f"{_g(a)} / {_g(b)}" for a, b in values["best_by_output"])] for name, values in methods.items()
+        [NAMES[name], *(f"{short(a)} / {short(b)}" for a, b in values["best_by_output"])]
+        for name, values in methods.items()
     ]
     off = [
-        [NAMES[name], *(f"{_g(part['restrictions'])} / {_g(part['jams'])}" for part in values["off_lattice"])]
+        [NAMES[name], *(f"{short(part['restrictions'])} / {short(part['jams'])}" for part in values["off_lattice"])]
         for name, values in methods.items()
     ]
     sets = [
         [
             str(number),
             str(values["samples"]),
-            *(_g(median(values[key])) for key in ("network", "local_models")),
+            *(short(median(values[key])) for key in ("network", "local_models")),
             str(published.TRAINING_SAMPLES[int(number)]),
-            _g(published.MSE_ANN[int(number)]),
-            _g(published.MSE_LMN[int(number)]),
+            short(published.MSE_ANN[int(number)]),
+            short(published.MSE_LMN[int(number)]),
         ]
         for number, values in results["data_sets"].items()
     ]
     neurons = [
-        [n, *(_g(values[key]) for key in ("least", "median", "greatest"))] for n, values in results["neurons"].items()
+        [n, *(short(values[key]) for key in ("least", "median", "greatest"))]
+        for n, values in results["neurons"].items()
     ]
     corners = "; ".join(
         f"split {s + 1}: {corner[0]:g} ft, {corner[1]:g} deg, rudder jammed at {corner[2]:g} deg, with "
@@ -113,17 +116,17 @@ def markdown(results: dict[str, Any]) -> str:
             "Mean squared errors of speeds mapped to 0..1 (paper eq. 11). A split is a seed's division of the lattice "
             "into a design part and 10 % independent test data, the same for all methods.\n",
             "## Least error of all rounds on the independent test data (Table 6, Figs. 10, 17-19)\n",
-            _table([*heads, "median", "paper"], best),
+            markdown_table([*heads, "median", "paper"], best),
             f"Corner cases of the lattice among the tests: {corners or 'none'}.\n",
             "Median and worst of the rounds:\n",
-            _table(heads, spread),
+            markdown_table(heads, spread),
             "The selected models by output, V_min / V_max:\n",
-            _table(heads, outputs),
+            markdown_table(heads, outputs),
             "All rounds of the first split (Table 6):\n",
-            _table(
+            markdown_table(
                 ["round", *(NAMES[name] for name in methods)],
                 [
-                    [str(j + 1), *map(_g, errors)]
+                    [str(j + 1), *map(short, errors)]
                     for j, errors in enumerate(
                         zip(*(values["rounds_of_the_first_split"] for values in methods.values()), strict=True)
                     )
@@ -135,22 +138,13 @@ def markdown(results: dict[str, Any]) -> str:
             f"{results['hilomot_share']['v_max']:.0%} of the rounds for V_max (the paper: all), "
             f"{results['hilomot_share']['v_min']:.0%} for V_min.\n",
             "## The selected models off the lattice, restrictions / jams\n",
-            _table(heads, off),
+            markdown_table(heads, off),
             "## Diminished data sets (Table 14, Fig. 28), median over splits\n",
-            _table(
+            markdown_table(
                 ["data set", "samples", "network", "local models", "paper: samples", "network", "local models"], sets
             ),
             "The independent test data are those of the whole data set throughout. The paper counts those too.\n",
             "## Hidden neurons (Fig. 41)\n",
-            _table(["neurons", "least", "median", "greatest"], neurons),
+            markdown_table(["neurons", "least", "median", "greatest"], neurons),
         ]
     )
-
-
-def _table(heads: list[str], rows: list[list[str]]) -> str:
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
-
-
-def _g(value: float) -> str:
-    return f"{value:.3g}"

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from study.paper import published
-from study.paper.markdown import table
 from study.paper.rudder_sensitivity import AS_IN_THE_PAPER, EXACT, WHETHER, WITH_AN_ENVELOPE
+from study.tables import markdown_table
 
 KINDS = {"first": "S", "total": "S^T"}
 ASKED = {
@@ -15,7 +15,7 @@ ASKED = {
 }
 
 
-def markdown(rudder: Mapping[str, Any], every: Mapping[str, Any]) -> str:
+def sensitivity_section(rudder: Mapping[str, Any], every: Mapping[str, Any]) -> str:
     """Tables of a failed rudder, question by question, and of everything that may fail."""
     parts = [
         "## Variance-based indices of a failed rudder\n\n"
@@ -52,7 +52,7 @@ def _table(answers: Mapping[str, Any], kind: str, with_paper: bool) -> str:
                 cells.append(f"{known[kind]:.4f}" if kind in known else "-")
             rows.append(tuple(cells))
     heads = (KINDS[kind], *answers, *(["paper"] if with_paper else []))
-    return table(heads, rows)
+    return markdown_table(heads, rows)
 
 
 def _published() -> str:
@@ -77,7 +77,7 @@ def _every(every: Mapping[str, Any]) -> str:
         parts.append(
             f"{name.capitalize()}: {found['n_evaluations']} exact envelopes, {mean:.0%} of the cases have one. The "
             f"surface whose limits matter least (S^T): {', '.join(said)}. The 95 % intervals are of the sampling; "
-            f"there is no surrogate.\n\n{table(('factor', *KINDS.values()), rows)}"
+            f"there is no surrogate.\n\n{markdown_table(('factor', *KINDS.values()), rows)}"
         )
     return "\n".join(parts)
 

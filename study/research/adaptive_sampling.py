@@ -17,7 +17,7 @@ from sklearn.preprocessing import MinMaxScaler
 from gtm_fmu.datasets.off_lattice import OffLattice
 from gtm_fmu.envelopes.feasibility import FULL_THROTTLE_PCT
 from gtm_fmu.envelopes.thrust_map import ThrustMap
-from study.research.case_models import GaussianProcess
+from study.research.envelope_models import GaussianProcess
 
 FIRST_JAMS, JAM_BATCH = 64, 64
 PROBES = 8

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from study.paper.markdown import table
+from study.tables import markdown_table, short
 
 _HEADS = (
     "model",
@@ -22,23 +22,23 @@ SHIPPED, SHIPPED_FURTHER = "package", "package, further cases"
 """Parts of the results: the surrogates of the package on the test set, and on cases that nothing was chosen by."""
 
 
-def markdown(results: Mapping[str, Any]) -> str:
+def surrogates_report(results: Mapping[str, Any]) -> str:
     """Tables of all models of a failed rudder, of the curves, and of other failures, as far as there are results."""
     text = "# Surrogates off the lattice\n\n"
     if models := results.get("models"):
         ordered = sorted(models.items(), key=lambda item: -item[1]["all"]["mse"])
         rows = [(name, *_cells(model), f"{model['fit_s']:.1f}") for name, model in ordered]
-        text += f"{table(_HEADS, rows)}\n"
+        text += f"{markdown_table(_HEADS, rows)}\n"
     for part, cases in (
         (SHIPPED, "the test set"),
         (SHIPPED_FURTHER, "further cases, used for nothing else"),
     ):
         if shipped := results.get(part):
             rows = [(name, *_measured(model), f"{model['inside_95']:.1%}") for name, model in shipped.items()]
-            text += f"## Those of the package, on {cases}\n\n{table(_SHIPPED_HEADS, rows)}\n"
+            text += f"## Those of the package, on {cases}\n\n{markdown_table(_SHIPPED_HEADS, rows)}\n"
     if curves := results.get("curves"):
         rows = [(name, *_cells(point), "-") for name, points in curves.items() for point in points]
-        text += f"## Error by the number of searches\n\n{table(_HEADS, rows)}\n"
+        text += f"## Error by the number of searches\n\n{markdown_table(_HEADS, rows)}\n"
     if thrust_map := (models or {}).get("thrust map"):
         text += _warnings(thrust_map)
     if others := results.get("other failures"):
@@ -48,7 +48,7 @@ def markdown(results: Mapping[str, Any]) -> str:
             for failure, models_ in others.items()
             for name, model in models_.items()
         ]
-        text += f"## Other failures\n\n{table(heads, rows)}"
+        text += f"## Other failures\n\n{markdown_table(heads, rows)}"
     return text
 
 
@@ -57,13 +57,13 @@ def _cells(model: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _measured(model: Mapping[str, Any]) -> tuple[str, ...]:
-    parts = (_g(model[part]["mse"]) if part in model else "-" for part in ("restrictions", "jams"))
+    parts = (short(model[part]["mse"], 2) if part in model else "-" for part in ("restrictions", "jams"))
     return (*parts, *_errors(model["all"])[1:])
 
 
 def _errors(scores: Mapping[str, Any]) -> tuple[str, ...]:
     errors = (scores[name] for name in ("percentile_95_kt", "percentile_99_kt", "largest_kt"))
-    return (_g(scores["mse"]), *(f"{error:.2f}" for error in errors), f"{scores['same_verdict']:.2%}")
+    return (short(scores["mse"], 2), *(f"{error:.2f}" for error in errors), f"{scores['same_verdict']:.2%}")
 
 
 def _warnings(thrust_map: Mapping[str, Any]) -> str:
@@ -74,7 +74,3 @@ def _warnings(thrust_map: Mapping[str, Any]) -> str:
         f"{whole['wrong_verdicts']} wrong verdicts among them. Of the 20 largest errors "
         f"{thrust_map['worst_20_inside_95_or_fold']} are flagged or inside their interval.\n\n"
     )
-
-
-def _g(value: float) -> str:
-    return f"{value:.2g}"

@@ -25,7 +25,7 @@ from gtm_fmu.progress import Advance
 from study.files import write_text
 from study.progress import stages
 from study.research.adaptive_sampling import chosen_jams, refinements
-from study.research.case_models import (
+from study.research.envelope_models import (
     CaseModel,
     Estimator,
     JamModel,

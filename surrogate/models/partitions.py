@@ -131,9 +131,11 @@ class ObliquePartition:
         reaching = np.ones((len(z), max(len(self.steepness), 1)))
         for k, pair in enumerate(self.tree.children.tolist()):
             for side, child in enumerate(pair):
-                (phi if child < 0 else reaching)[:, -1 - child if child < 0 else child] = (
-                    reaching[:, k] * shares[:, k, side]
-                )
+                share = reaching[:, k] * shares[:, k, side]
+                if child < 0:
+                    phi[:, -1 - child] = share
+                else:
+                    reaching[:, child] = share
         return phi
 
     def validity_gradient(self, z: Array) -> Array:

@@ -115,12 +115,12 @@ class RudderEmulator:
         )
 
 
-Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
+SolvedCases = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Inputs (n, 4), V_min and V_max (n, 2) in kt and t_min (n) in %; NaN where there is none."""
 
 
 def train(
-    samples: Samples, seed: int, progress: Callable[[int, int], None] | None = None, **options: Any
+    samples: SolvedCases, seed: int, progress: Callable[[int, int], None] | None = None, **options: Any
 ) -> tuple["Selection", "Selection"]:
     """Train both networks by the paper's protocol (Algorithm 1); options as in `select_network`.
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from surrogate.models.partitions import ObliquePartition, SplitTree
 from surrogate.scaling import Array
-from surrogate.training.local_training import Grown, Samples, replaced
+from surrogate.training.local_training import Grown, ScaledSamples, replaced
 from surrogate.training.lolimot import with_split
 
 STEEPNESS = 20.0
@@ -54,7 +54,7 @@ class NestedSplit:
     outputs of all other models.
     """
 
-    samples: Samples
+    samples: ScaledSamples
     parent: Array
     rest: Array
 
@@ -115,14 +115,14 @@ class Hilomot:
         """A direction of length 1 and an offset: as many as there are inputs."""
         return self.n_inputs
 
-    def start(self, samples: Samples) -> Grown:
+    def start(self, samples: ScaledSamples) -> Grown:
         """One model."""
         phi, d = np.ones((len(samples.z), 1)), samples.z.shape[1]
         tree = SplitTree(np.empty((0, d)), np.empty(0), np.empty((0, 2), dtype=np.int64))
         coefficients = samples.fit(phi)
         return _Hierarchy(phi, coefficients, samples.outputs(coefficients), tree, np.empty(0))
 
-    def split(self, grown: Grown, model: int, samples: Samples) -> Grown | None:
+    def split(self, grown: Grown, model: int, samples: ScaledSamples) -> Grown | None:
         """From the best start, the direction and offset of the least error."""
         assert isinstance(grown, _Hierarchy)
         own = grown.phi[:, model, None] * grown.outputs[:, model]

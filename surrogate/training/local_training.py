@@ -54,7 +54,7 @@ class LocalSettings:
         check(vars(self), ALLOWED)
 
 
-class Samples:
+class ScaledSamples:
     """Scaled inputs z (n, d), targets y (n, m) and weights v (n,), with what all least-squares problems of them share.
 
     A sample counts as often as its weight says; without weights once.
@@ -78,7 +78,7 @@ class Samples:
         """Number K of parameters of a local model and output."""
         return len(self.terms)
 
-    def subset(self, rows: np.ndarray) -> Samples:
+    def subset(self, rows: np.ndarray) -> ScaledSamples:
         """The samples that `rows` selects, regularised as all of them."""
         part = copy(self)
         for name in ("z", "y", "v", "A", "_products"):
@@ -141,7 +141,7 @@ class Grown:
         """Its cells."""
         raise NotImplementedError
 
-    def errors(self, samples: Samples) -> Array:
+    def errors(self, samples: ScaledSamples) -> Array:
         """Targets less outputs (n, m)."""
         return samples.y - np.einsum("ni,nio->no", self.phi, self.outputs)
 
@@ -153,10 +153,10 @@ class Splitter(Protocol):
     def split_parameters(self) -> int:
         """Parameters that a split adds beside those of its models."""
 
-    def start(self, samples: Samples) -> Grown:
+    def start(self, samples: ScaledSamples) -> Grown:
         """One model for all samples."""
 
-    def split(self, grown: Grown, model: int, samples: Samples) -> Grown | None:
+    def split(self, grown: Grown, model: int, samples: ScaledSamples) -> Grown | None:
         """The network with the model split as well as it can be; None where too little of the data belongs to it."""
 
 
@@ -179,8 +179,8 @@ class Growth:
 
 
 def grow(
-    samples: Samples,
-    validation: Samples | None,
+    samples: ScaledSamples,
+    validation: ScaledSamples | None,
     splitter: Splitter,
     settings: LocalSettings,
     progress: Callable[[int, int], None] | None = None,
@@ -211,7 +211,7 @@ def grow(
     return best, Growth(parameters.astype(int), training, validated, aicc, best.phi.shape[1], stop)
 
 
-def _split_the_worst(grown: Grown, samples: Samples, splitter: Splitter) -> Grown | None:
+def _split_the_worst(grown: Grown, samples: ScaledSamples, splitter: Splitter) -> Grown | None:
     """The network with its worst model split, or the next worst where that would not lower the training error."""
     squares = (samples.v[:, None] * grown.errors(samples) ** 2).sum(1)
     for model in np.argsort(-(grown.phi.T @ squares), kind="stable"):
@@ -222,7 +222,7 @@ def _split_the_worst(grown: Grown, samples: Samples, splitter: Splitter) -> Grow
 
 
 def _record(
-    grown: Grown, samples: Samples, validation: Samples | None, splitter: Splitter
+    grown: Grown, samples: ScaledSamples, validation: ScaledSamples | None, splitter: Splitter
 ) -> tuple[float, float, float, float]:
     """Parameters, training error, validation error and AICc."""
     N, M = samples.v.sum(), grown.phi.shape[1]
@@ -239,7 +239,7 @@ def _record(
     return M * samples.terms_count * samples.y.shape[1] + split_parameters, training, validated, float(aicc)
 
 
-def _mean_square(grown: Grown, samples: Samples) -> float:
+def _mean_square(grown: Grown, samples: ScaledSamples) -> float:
     return samples.squared(grown.errors(samples)) / float(samples.v.sum() * samples.y.shape[1])
 
 
@@ -248,7 +248,7 @@ def _score(record: tuple[float, float, float, float], criterion: Criterion) -> f
     return {"validation": validated, "aicc": aicc, "size": training}[criterion]
 
 
-def _effective_parameters(phi: Array, samples: Samples) -> float:
+def _effective_parameters(phi: Array, samples: ScaledSamples) -> float:
     """Trace of the matrix S that maps targets to outputs: sum_i tr[(A'Q_i A)^-1 A'Q_i^2 A]."""
     ratio = np.linalg.solve(samples.normal_matrices(phi), samples.normal_matrices(phi**2))
     return float(np.trace(ratio, axis1=1, axis2=2).sum())

@@ -12,7 +12,7 @@ import numpy as np
 
 from surrogate.models.partitions import AxisPartition, SplitTree, gaussian_exponents, normalised
 from surrogate.scaling import Array
-from surrogate.training.local_training import Grown, Samples, replaced
+from surrogate.training.local_training import Grown, ScaledSamples, replaced
 
 SIGMA_DIVISOR = 2.5
 """A Gaussian's standard deviation is smoothness x width of its cell / this."""
@@ -42,7 +42,7 @@ class Lolimot:
     divisor: float = SIGMA_DIVISOR
     split_parameters: int = 0
 
-    def start(self, samples: Samples) -> Grown:
+    def start(self, samples: ScaledSamples) -> Grown:
         """One cell."""
         d, phi = samples.z.shape[1], np.ones((len(samples.z), 1))
         tree = SplitTree(np.empty((0, d)), np.empty(0), np.empty((0, 2), dtype=np.int64))
@@ -52,7 +52,7 @@ class Lolimot:
         outputs = samples.outputs(coefficients)
         return _Cells(phi, coefficients, outputs, exponents, lower, upper, sigma_per_width, tree)
 
-    def split(self, grown: Grown, model: int, samples: Samples) -> Grown | None:
+    def split(self, grown: Grown, model: int, samples: ScaledSamples) -> Grown | None:
         """The best of the halvings of a model."""
         assert isinstance(grown, _Cells)
         best, least = None, np.inf
@@ -63,7 +63,7 @@ class Lolimot:
         return best
 
 
-def _halved(cells: _Cells, model: int, axis: int, samples: Samples) -> _Cells | None:
+def _halved(cells: _Cells, model: int, axis: int, samples: ScaledSamples) -> _Cells | None:
     """The model's lower half in its place, the upper half as the last model."""
     middle = (cells.lower[model, axis] + cells.upper[model, axis]) / 2
     corners = np.stack([cells.lower[[model, model]], cells.upper[[model, model]]])

@@ -14,7 +14,7 @@ from surrogate.models.network import Network, parameter_count
 from surrogate.scaling import Array, column_ranges, to_symmetric, to_unit
 from surrogate.training.hilomot import Hilomot
 from surrogate.training.levenberg_marquardt import PLAIN_SCHEDULE, Fit, History, Schedule, train
-from surrogate.training.local_training import Growth, LocalSettings, Samples, Splitter, grow
+from surrogate.training.local_training import Growth, LocalSettings, ScaledSamples, Splitter, grow
 from surrogate.training.lolimot import Lolimot
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 from surrogate.training.settings import Allowed, Choice, Layers, Whole, check
@@ -154,8 +154,8 @@ def train_local_models(
     target_ranges = column_ranges(Y, [name for name, _ in outputs])
     z, y = to_unit(X, input_ranges), to_unit(Y, target_ranges)
 
-    def samples(rows: Array) -> Samples:
-        return Samples(z[rows], y[rows], settings.local_model, None if weights is None else weights[rows])
+    def samples(rows: Array) -> ScaledSamples:
+        return ScaledSamples(z[rows], y[rows], settings.local_model, None if weights is None else weights[rows])
 
     training = samples(_checked_rows(np.atleast_2d(rows), len(X), "rows", least=2)[0])
     validation = None

@@ -15,7 +15,7 @@ import sensitivity
 from fmu_src.fmus import build_fmu
 from gtm_fmu.datasets.off_lattice import load
 from sensitivity import test_functions as functions
-from study.commands import sensitivity_models
+from study.commands import evaluated_model, sensitivity_models
 from surrogate import LolimotRegressor, load_model
 from surrogate.rudder.surrogates import load_surrogate
 from tests.study.commands.test_cli_refusals import assert_sentence
@@ -85,12 +85,12 @@ def test_shares_that_all_depend_on_each_other(ask, folder):
 
 def test_outputs_of_an_unfinished_run_are_those_of_its_outputs_and_points(tmp_path):
     def model(output, identity="a"):
-        return sensitivity_models.Model("m", ("x",), (output,), lambda x: x + (output == "b"), identity)
+        return evaluated_model.Model("m", ("x",), (output,), lambda x: x + (output == "b"), identity)
 
     x = np.arange(3.0)[:, np.newaxis]
     for one, expected in ((model("a"), x), (model("b"), x + 1), (model("b", "other"), x + 1)):
-        assert (sensitivity_models.kept_on_disk(one, tmp_path).evaluate(x) == expected).all()
-        assert (sensitivity_models.kept_on_disk(one, tmp_path).evaluate(x + 5) == expected + 5).all()
+        assert (evaluated_model.kept_on_disk(one, tmp_path).evaluate(x) == expected).all()
+        assert (evaluated_model.kept_on_disk(one, tmp_path).evaluate(x + 5) == expected + 5).all()
     assert len(os.listdir(tmp_path)) == 6
 
 
@@ -267,6 +267,7 @@ BAD = [
     ("--samples 64 --replications 0", "--replications was given as 0"),
     ("--confidence 1", "--confidence was given as 1"),
     ("--method shapley --until 0.1", "--until is for the method variance"),
+    ("--method pawn --order 99", "--order is for the method interactions"),
     ("--method effects --group altitude_ft", "--group is for the method variance"),
     ("--method interactions", "depend on each other"),
     ("--group altitude_ft,nothing", "choose from altitude_ft"),

@@ -103,7 +103,7 @@ def test_tables_and_figures_of_a_whole_run(comparison, monkeypatch):
         yield advance
 
     results = protocol_report.summary(run(comparison, 2, 1, stage))
-    text = protocol_report.markdown(results)
+    text = protocol_report.protocol_report(results)
     least = results["methods"]["bayesian_regularization"]["best"]
     assert f"| Bayesian regularisation | {least[0]:.3g} | {least[1]:.3g} |" in text
     assert f"| {published.MSE_ANN[3]:.3g} | {published.MSE_LMN[3]:.3g} |" in text

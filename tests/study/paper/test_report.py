@@ -12,7 +12,7 @@ from study.files import save_figure, write_text
 from study.paper import published
 from study.paper.comparisons import SpeedsOverJams
 from study.paper.figures import plot_speeds
-from study.paper.report import markdown
+from study.paper.report import study_report
 
 
 def estimate(value: float) -> dict:
@@ -88,7 +88,7 @@ RESULTS = {
 @pytest.fixture(scope="module")
 def rows() -> dict[str, list[str]]:
     """Cells of each row of the tables by the first one."""
-    lines = [line.strip("| ").split(" | ") for line in markdown(RESULTS).splitlines() if line.startswith("| ")]
+    lines = [line.strip("| ").split(" | ") for line in study_report(RESULTS).splitlines() if line.startswith("| ")]
     return {first: cells for first, *cells in lines}
 
 
@@ -120,7 +120,7 @@ class TestTable:
     @pytest.fixture
     def tables(self) -> list[list[list[str]]]:
         """Cells of every table, the heads first."""
-        blocks = re.findall(r"(?:^\|.*\n)+", markdown(RESULTS), re.MULTILINE)
+        blocks = re.findall(r"(?:^\|.*\n)+", study_report(RESULTS), re.MULTILINE)
         return [[line.strip("| ").split(" | ") for line in block.splitlines()] for block in blocks]
 
     def test_indices_beside_those_of_table_15(self, tables):
@@ -141,7 +141,7 @@ class TestTable:
 
     def test_errors_are_told_apart(self):
         """A surrogate's own, what the cells do, and sampling."""
-        text = markdown(RESULTS)
+        text = study_report(RESULTS)
         assert "of the thrust map 0.0012. With 11 x 12 x 13 cells" in text
         assert "no index moves by more than 0.0057" in text
         assert "sums over 7 x 8 x 9 cells" in text
@@ -149,19 +149,19 @@ class TestTable:
         assert "The 95 % intervals are of the sampling; there is no surrogate" in text
 
     def test_everything_that_may_fail(self, tables):
-        text = markdown(RESULTS)
+        text = study_report(RESULTS)
         assert "Controls: 123456 exact envelopes, 23% of the cases have one" in text
         assert "matter least (S^T): rudder (not told apart from aileron) for has_envelope." in text
         assert tables[-1][-1] == ["has_envelope: engine_out", "0.310 (0.300 .. 0.320)", "0.720 (0.710 .. 0.730)"]
 
     def test_it_is_markdown(self):
-        widths = [line.count("|") for line in markdown(RESULTS).splitlines() if line.startswith("|")]
+        widths = [line.count("|") for line in study_report(RESULTS).splitlines() if line.startswith("|")]
         assert set(widths) == {4, 5, 8}
-        assert len(re.findall(r"^\| --- \|", markdown(RESULTS), re.MULTILINE)) == 7
+        assert len(re.findall(r"^\| --- \|", study_report(RESULTS), re.MULTILINE)) == 7
 
     def test_which_model_is_whose(self, rows):
         """What GtmSurrogate carries is told from the paper's networks, each with its errors off the lattice."""
-        text = markdown(RESULTS)
+        text = study_report(RESULTS)
         assert "`GtmSurrogate.fmu` carries the thrust map; `rudder_speeds.json` and `rudder_throttle.json` are" in text
         assert "On 4321 random cases" in text
         assert rows["the paper's networks"] == ["0.0015", "0.11", "0.22", "3.33", "98.76%", "95.1%"]

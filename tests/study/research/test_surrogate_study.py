@@ -14,7 +14,8 @@ from gtm_fmu.envelopes import thrust_survey
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.errors import InputError
-from study.research import surrogate_figures, surrogate_report, surrogate_study
+from study.research import surrogate_figures, surrogate_study
+from study.research.surrogate_report import surrogates_report
 from surrogate.rudder import networks as rudder_networks
 from surrogate.rudder.emulator import RudderEmulator
 
@@ -70,7 +71,7 @@ def test_warnings_are_counted_by_hand():
 
 
 def test_table_and_figures(kept):
-    text = surrogate_report.markdown(kept[1])
+    text = surrogates_report(kept[1])
     found = kept[1]["models"]["thrust map"]
     assert f"| thrust map | {found['searches']} | {found['restrictions']['mse']:.2g} |" in text
     assert f"hold {found['inside_95']:.1%} of the speeds" in text
@@ -88,7 +89,7 @@ def test_those_of_the_package(tmp_path):
     assert found["all"]["mse"] < 5e-5
     assert found["all"]["same_verdict"] >= 0.998
     assert 0.93 < found["inside_95"] < 0.97
-    text = surrogate_report.markdown({"package": {"network": found}, "package, further cases": {"network": found}})
+    text = surrogates_report({"package": {"network": found}, "package, further cases": {"network": found}})
     assert f"{found['all']['largest_kt']:.2f} | {found['all']['same_verdict']:.2%} | {found['inside_95']:.1%} |" in text
 
 

@@ -7,7 +7,7 @@ from scipy.special import expit
 from surrogate import LocalSettings, train_local_models
 from surrogate.estimators import HilomotRegressor, LolimotRegressor
 from surrogate.training.hilomot import Hilomot, NestedSplit
-from surrogate.training.local_training import Samples, grow
+from surrogate.training.local_training import ScaledSamples, grow
 from surrogate.training.lolimot import Lolimot
 
 
@@ -85,7 +85,7 @@ def test_an_oblique_hyperbola_takes_hilomot_a_third_of_the_models():
 def test_gradient_of_a_split_agrees_with_central_differences():
     rng = np.random.default_rng(0)
     z, y = rng.uniform(size=(200, 3)), rng.normal(size=(200, 2))
-    split = NestedSplit(Samples(z, y, "quadratic"), rng.uniform(0.1, 1, 200), rng.normal(size=(200, 2)))
+    split = NestedSplit(ScaledSamples(z, y, "quadratic"), rng.uniform(0.1, 1, 200), rng.normal(size=(200, 2)))
     theta, kappa, step = np.array([0.9, -1.3, 0.4, 0.2]), 6.0, 1e-6
     _, gradient = split.loss_and_gradient(theta, kappa)
     for i, h in enumerate(step * np.eye(4)):
@@ -98,7 +98,7 @@ def test_gradient_of_a_split_agrees_with_central_differences():
 def test_a_split_estimates_both_halves_by_weighted_least_squares():
     rng = np.random.default_rng(1)
     z, y, parent = rng.uniform(size=(80, 2)), rng.normal(size=(80, 1)), rng.uniform(0.1, 1, 80)
-    samples = Samples(z, y, "linear")
+    samples = ScaledSamples(z, y, "linear")
     psi = expit(7.0 * (z @ [0.6, 0.8] - 0.5))
     q = NestedSplit(samples, parent, y).shares(np.array([0.6, 0.8]), 0.5, 7.0)
     np.testing.assert_allclose(q, parent[:, None] * np.column_stack([1 - psi, psi]), rtol=1e-12)
@@ -112,8 +112,8 @@ def test_a_split_estimates_both_halves_by_weighted_least_squares():
 def growth_of(splitter, criterion, n=300, **settings):
     z = np.random.default_rng(3).uniform(size=(n, 2))
     y = np.sin(5 * z[:, :1]) * z[:, 1:] + np.random.default_rng(4).normal(scale=0.05, size=(n, 1))
-    validation = Samples(z[:100], y[:100], "linear") if criterion == "validation" else None
-    training = Samples(z[100:], y[100:], "linear")
+    validation = ScaledSamples(z[:100], y[:100], "linear") if criterion == "validation" else None
+    training = ScaledSamples(z[100:], y[100:], "linear")
     return grow(training, validation, splitter, LocalSettings("linear", criterion, **settings))
 
 

@@ -7,7 +7,7 @@ from sklearn.neighbors import KNeighborsRegressor
 
 from gtm_fmu.datasets.off_lattice import OffLattice
 from gtm_fmu.envelopes.thrust_map import ThrustMap
-from study.research.case_models import CaseModel, GaussianProcess, JamModel, surface_map
+from study.research.envelope_models import CaseModel, GaussianProcess, JamModel, surface_map
 
 
 def linear_jams(count=60) -> OffLattice:
