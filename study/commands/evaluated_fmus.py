@@ -114,7 +114,7 @@ def _simulated(
 
         def case(point: np.ndarray) -> list[float] | None:
             try:
-                found = fmpy.simulateevaluated_fmu(
+                found = fmpy.simulate_fmu(
                     str(folder),
                     model_description=description,
                     start_values=dict(zip(inputs, point.tolist(), strict=True)),
