@@ -89,7 +89,7 @@ def test_no_circles():
 
 def test_finds_what_goes_up():
     """The walk sees imports inside functions, of submodules by their package, and relative ones."""
-    assert "study.paper.pipeline" in imports("study.commands.cli")
+    assert "study.paper.pipeline" in imports("study.commands.study")
     assert "surrogate.models.network" in imports("surrogate.rudder.networks")
     assert "sensitivity.plots" in imports("sensitivity.result")
     assert level("study.commands.cli") > level("surrogate.rudder.emulator") > level("gtm_fmu.envelopes.maps")
