@@ -5,7 +5,7 @@
 A step is 0.01 s in two Runge-Kutta parts of 0.005 s, with all four controls set before and twelve states read after
 it, by the same ctypes calls for both FMUs. JSBSim steps its own 737 by `run()`, its only way to step, with 0.01 s. The
 floor of FMPy is the same pair of calls into a library whose functions only copy numbers. The overhead of the C wrapper
-is measured in C (fmu_overhead.c). A step of the envelope's and of the thrust map's FMUs finds V_min and V_max of a new
+is measured in C (fmu_overhead.c), and so is a question to the manoeuvre's FMU (manoeuvre_query.c). A step of the envelope's and of the thrust map's FMUs finds V_min and V_max of a new
 case. Times are processor time, the best of several rounds; of these, the median over the cases.
 """
 
@@ -153,16 +153,16 @@ def stub_library(folder: Path) -> Path:
     return compiled(folder, ["stub.c"], "stub.so", "-shared", "-fPIC")
 
 
-def wrapper_nanoseconds(folder: Path) -> tuple[float, float]:
-    """A step by the model alone and through the FMI functions, in C."""
-    sources = NATIVE_MODELS["dynamics-native"](()).all_sources()
-    sources["fmu_overhead.c"] = Path(__file__).with_name("fmu_overhead.c").read_bytes()
+def printed_numbers(model: str, host: str, folder: Path) -> list[float]:
+    """What a C program beside this file prints that holds a native FMU."""
+    sources = NATIVE_MODELS[model](()).all_sources() | {host: Path(__file__).with_name(host).read_bytes()}
     for name, content in sources.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
-    program = compiled(folder, sorted(name for name in sources if name.endswith(".c")), "overhead")
-    alone, through = subprocess.run([program], capture_output=True, text=True, check=True).stdout.split()
-    return float(alone), float(through)
+    program = compiled(folder, sorted(name for name in sources if name.endswith(".c")), "host")
+    return [
+        float(word) for word in subprocess.run([program], capture_output=True, text=True, check=True).stdout.split()
+    ]
 
 
 def main() -> None:
@@ -178,7 +178,8 @@ def main() -> None:
         }
         derivative = seconds_per_derivative(None, unpacked, 50_000)
         floor = seconds_per_derivative(stub_library(folder), unpacked, 50_000)
-        alone, through = wrapper_nanoseconds(folder / "c")
+        alone, through = printed_numbers("dynamics-native", "fmu_overhead.c", folder / "c")
+        questions = printed_numbers("manoeuvre-native", "manoeuvre_query.c", folder / "manoeuvre")
         envelopes = {name: build(name, folder) for name in ("envelope", "envelope-native", "thrust-map-native")}
         found = {
             f"{name.replace('-', '_')}_ms_per_{kind}": round(milliseconds_per_envelope(path, cases), 3)
@@ -197,6 +198,8 @@ def main() -> None:
         "fmpy_floor_us": round(1e6 * floor, 2),
         "c_model_ns_per_step": alone,
         "c_wrapper_ns_per_step": round(through - alone, 1),
+        "manoeuvre_us_per_question_jam": questions[0],
+        "manoeuvre_us_per_question_range": questions[1],
     } | found
     write_json("fmu", result)
     for name, value in result.items():
