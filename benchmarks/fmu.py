@@ -5,8 +5,9 @@
 A step is 0.01 s in two Runge-Kutta parts of 0.005 s, with all four controls set before and twelve states read after
 it, by the same ctypes calls for both FMUs. JSBSim steps its own 737 by `run()`, its only way to step, with 0.01 s. The
 floor of FMPy is the same pair of calls into a library whose functions only copy numbers. The overhead of the C wrapper
-is measured in C (fmu_overhead.c), and so is a question to the manoeuvre's FMU (manoeuvre_query.c). A step of the envelope's and of the thrust map's FMUs finds V_min and V_max of a new
-case. Times are processor time, the best of several rounds; of these, the median over the cases.
+is measured in C (fmu_overhead.c), and so is a question to the manoeuvre's FMU (manoeuvre_query.c). A step of the
+envelope's and of the thrust map's FMUs finds V_min and V_max of a new case. Times are processor time, the best of
+several rounds; of these, the median over the cases.
 """
 
 import ctypes
