@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "solver/cold_start.h"
 #include "solver/linear_algebra.h"
 #include "solver/newton.h"
 
@@ -194,24 +195,41 @@ static void look_about(curve *c)
     if (nearest < last) refine_between(c, points[nearest], points[nearest + 1]);
 }
 
-/* From a trim to the end of the rudder's range, or to the first trims inside the bounds. */
-static void follow(curve *c, const double *start, double end)
+/* From a trim towards another deflection, to the first trims inside the bounds, as long as there is less than this
+   sideslip; where the curve breaks before, the deflection that it reached. */
+static double follow(curve *c, const double *start, double end, double sideslip)
 {
     double points[3][GTM_MOST_UNKNOWNS], *before = 0, *at = points[0], *next = points[1];
     const int is_up = end > start[RUDDER];
     memcpy(at, start, row_of(c));
-    for (int k = 2; c->status != GTM_TRIMMED && at[RUDDER] != end; k++) {
+    for (int k = 2; c->status != GTM_TRIMMED && at[RUDDER] != end && fabs(at[BETA]) < sideslip; k++) {
         const double beyond = step * (is_up ? floor(at[RUDDER] / step) + 1 : ceil(at[RUDDER] / step) - 1);
         memcpy(next, at, row_of(c));
         if (solve_at(c, is_up ? fmin(beyond, end) : fmax(beyond, end), before, next)) {
-            c->is_sure = 0;
-            return;
+            /* What ends far outside the bounds has passed none inside. */
+            if (gtm_violation(c->problem, at, c->lower, c->upper) < near) c->is_sure = 0;
+            return at[RUDDER];
         }
         search_between(c, at, next);
         before = at;
         at = next;
         next = points[k % 3];
     }
+    return end;
+}
+
+/* The same to the end of the range, and where the curve breaks back from there. */
+static void follow_to_end(curve *c, const double *start, double end, double sideslip)
+{
+    double y[GTM_MOST_UNKNOWNS];
+    const double reached = follow(c, start, end, sideslip);
+    if (reached == end) return;
+    memcpy(y, start, row_of(c));
+    y[RUDDER] = end;
+    if (gtm_cold_newton(c->problem, y, c->rudder_held)) return;
+    keep_better(c, y);
+    if (c->status != GTM_TRIMMED) follow(c, y, reached, INFINITY);
+    if (c->status == GTM_TRIMMED) c->is_sure = 0; /* on this way the first trims inside have the most sideslip */
 }
 
 int gtm_follow_rudder(const gtm_problem *p, const double *lower, const double *upper, const int given[2],
@@ -230,8 +248,8 @@ int gtm_follow_rudder(const gtm_problem *p, const double *lower, const double *u
         curve other = c;
         other.y = below;
         memcpy(below, y, row_of(&c));
-        follow(&c, at, upper[RUDDER]);
-        follow(&other, at, lower[RUDDER]);
+        follow_to_end(&c, at, upper[RUDDER], INFINITY);
+        follow_to_end(&other, at, lower[RUDDER], c.status == GTM_TRIMMED ? fabs(y[BETA]) : INFINITY);
         keep_better(&c, below);
         c.is_sure &= other.is_sure;
     }
