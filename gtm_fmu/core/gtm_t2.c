@@ -164,6 +164,20 @@ static void jacobian(const gtm_problem *p, const double *y, double F[GTM_NF], do
     }
 }
 
+double gtm_thrust(const gtm_flight *flight, double V_ft_s, const double *y)
+{
+    const gtm_configuration *c = flight->configuration;
+    double both[GTM_MOST_UNKNOWNS], total = 0;
+    const double *all = gtm_with_both_throttles(flight->problem.throttles, y, both);
+    for (int side = 0; side < 2; side++) {
+        double thrust;
+        if (c && !c->engine_running[side]) continue;
+        cas_trim_thrust((arguments){&V_ft_s, all + THROTTLE + side, &flight->at.gamma}, (results){&thrust}, 0, 0, 0);
+        total += thrust;
+    }
+    return total;
+}
+
 /* ---- Breakpoints. Outside the study's configuration more tables have a say, and the union of their breakpoints bounds
    the cells: a border without a kink does no harm. ---- */
 

@@ -25,4 +25,7 @@ gtm_bounds gtm_bounds_of(gtm_flight *flight, const double *lower, const double *
 /* All ten unknowns of a configuration. */
 const double *gtm_with_both_throttles(enum gtm_throttles throttles, const double *y, double both[GTM_MOST_UNKNOWNS]);
 
+/* Net thrust in lbf at speed V of the engines that run, with the throttles of y. */
+double gtm_thrust(const gtm_flight *flight, double V_ft_s, const double *y);
+
 #endif

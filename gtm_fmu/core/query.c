@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "generated/airframe.h"
 #include "gtm_t2.h"
 #include "linear_model.h"
 #include "solver/trim.h"
@@ -11,22 +10,6 @@
 long gtm_answer_size(void)
 {
     return sizeof(gtm_answer);
-}
-
-/* Net thrust in lbf at speed V of the engines that run, with the throttles of y. */
-static double thrust_at(const gtm_flight *flight, double V_ft_s, const double *y)
-{
-    const gtm_configuration *c = flight->configuration;
-    double both[GTM_MOST_UNKNOWNS], total = 0;
-    const double *all = gtm_with_both_throttles(flight->problem.throttles, y, both);
-    for (int side = 0; side < 2; side++) {
-        double thrust;
-        if (c && !c->engine_running[side]) continue;
-        cas_trim_thrust((const double *[]){&V_ft_s, all + THROTTLE + side, &flight->at.gamma}, (double *[]){&thrust},
-                        0, 0, 0);
-        total += thrust;
-    }
-    return total;
 }
 
 /* Margins to the bounds and the least of them; a held unknown that is met has none. */
@@ -46,9 +29,9 @@ static void measure(const gtm_flight *flight, const gtm_bounds *b, gtm_answer *a
         }
     }
     if (p->throttles == GTM_ONE_THROTTLE) a->y[THROTTLE_RIGHT] = a->y[THROTTLE];
-    a->thrust = thrust_at(flight, a->y[V], a->y);
-    a->thrust_margin[GTM_LOWER] = a->thrust - thrust_at(flight, a->y[V], b->lower);
-    a->thrust_margin[GTM_UPPER] = thrust_at(flight, a->y[V], b->upper) - a->thrust;
+    a->thrust = gtm_thrust(flight, a->y[V], a->y);
+    a->thrust_margin[GTM_LOWER] = a->thrust - gtm_thrust(flight, a->y[V], b->lower);
+    a->thrust_margin[GTM_UPPER] = gtm_thrust(flight, a->y[V], b->upper) - a->thrust;
 }
 
 static void answer_one(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,

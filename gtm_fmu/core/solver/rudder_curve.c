@@ -232,26 +232,67 @@ static void follow_to_end(curve *c, const double *start, double end, double side
     if (c->status == GTM_TRIMMED) c->is_sure = 0; /* on this way the first trims inside have the most sideslip */
 }
 
+/* From a trim to both sides: the first trims inside the bounds to one side need not have the least sideslip. */
+static void follow_both(curve *c, const double *start)
+{
+    double y[GTM_MOST_UNKNOWNS];
+    curve other = *c;
+    other.y = y;
+    memcpy(y, c->y, row_of(c));
+    follow_to_end(c, start, c->upper[RUDDER], INFINITY);
+    follow_to_end(&other, start, c->lower[RUDDER], c->status == GTM_TRIMMED ? fabs(c->y[BETA]) : INFINITY);
+    keep_better(c, y);
+    c->is_sure &= other.is_sure;
+}
+
+/* Where less sideslip would need less thrust than the engines have at their lowest, the curve has a hole. Its trims
+   begin to either side at that throttle, where they have the least sideslip, and go on from there. */
+static void follow_from_glides(curve *c)
+{
+    const gtm_problem *p = c->problem;
+    const int throttle_held[3] = {c->rudder_held[0], c->rudder_held[1], THROTTLE};
+    for (int side = -1; side <= 1; side += 2) {
+        double y[GTM_MOST_UNKNOWNS] = {0}, here[GTM_MOST_UNKNOWNS];
+        curve one = *c;
+        one.y = here;
+        one.status = GTM_NO_TRIM;
+        for (int k = 0; k < 2; k++) y[c->rudder_held[k]] = c->lower[c->rudder_held[k]];
+        y[THROTTLE] = c->lower[THROTTLE];
+        y[BETA] = side * p->aircraft->spacing.glide_sideslip;
+        if (gtm_cold_newton(p, y, throttle_held) || side * y[BETA] < 0) {
+            c->is_sure = 0;
+            continue;
+        }
+        const double end = side > 0 ? c->upper[RUDDER] : c->lower[RUDDER];
+        if (side * (y[RUDDER] - end) > 0) continue;
+        const int is_short = y[RUDDER] < c->lower[RUDDER] || y[RUDDER] > c->upper[RUDDER];
+        if (is_short && solve_at(&one, side > 0 ? c->lower[RUDDER] : c->upper[RUDDER], 0, y)) {
+            c->is_sure = 0;
+            continue;
+        }
+        keep_better(&one, y);
+        if (one.status != GTM_TRIMMED) follow_to_end(&one, y, end, INFINITY);
+        keep_better(c, here);
+        c->is_sure &= one.is_sure;
+    }
+    if (c->status == GTM_NO_TRIM) c->is_sure = 0;
+}
+
 int gtm_follow_rudder(const gtm_problem *p, const double *lower, const double *upper, const int given[2],
                       const double *start, double *y, double *violation, int *is_sure)
 {
-    double at[GTM_MOST_UNKNOWNS], below[GTM_MOST_UNKNOWNS];
+    double at[GTM_MOST_UNKNOWNS];
     curve c = {p, lower, upper, {given[0], given[1], RUDDER}, GTM_NO_TRIM, 1, y, INFINITY};
     *is_sure = 0;
     if (p->throttles == GTM_TWO_THROTTLES) return GTM_NO_TRIM;
     for (int i = ELEVATOR; i < p->unknowns; i++)
         if (p->is_dead[i]) return GTM_NO_TRIM;
-    memcpy(at, start, row_of(&c));
-    if (solve_at(&c, fmin(fmax(start[RUDDER], lower[RUDDER]), upper[RUDDER]), 0, at)) return GTM_NO_TRIM;
-    keep_better(&c, at);
-    if (c.status != GTM_TRIMMED) { /* the first trims inside the bounds to one side need not have the least sideslip */
-        curve other = c;
-        other.y = below;
-        memcpy(below, y, row_of(&c));
-        follow_to_end(&c, at, upper[RUDDER], INFINITY);
-        follow_to_end(&other, at, lower[RUDDER], c.status == GTM_TRIMMED ? fabs(y[BETA]) : INFINITY);
-        keep_better(&c, below);
-        c.is_sure &= other.is_sure;
+    if (start) memcpy(at, start, row_of(&c));
+    if (start && !solve_at(&c, fmin(fmax(start[RUDDER], lower[RUDDER]), upper[RUDDER]), 0, at)) {
+        keep_better(&c, at);
+        if (c.status != GTM_TRIMMED) follow_both(&c, at);
+    } else {
+        follow_from_glides(&c);
     }
     if (c.status == GTM_OUTSIDE && c.is_sure) look_about(&c);
     *violation = c.violation;

@@ -193,22 +193,14 @@ static point trim_holding(const gtm_problem *p, const double *lower, const doubl
     return at;
 }
 
-/* The trim with the rudder as near to zero as it goes. */
-static point trim_at_least_rudder(const gtm_problem *p, const double *lower, const double *upper, const int given[2])
-{
-    const int held[3] = {given[0], given[1], RUDDER};
-    return trim_holding(p, lower, upper, held);
-}
-
 /* Another sideslip than that of `near`, which is no trim inside the bounds. */
 static point trim_at_other_sideslip(const gtm_problem *p, const double *lower, const double *upper, const int given[2],
                                     const point *near)
 {
-    point along = {GTM_NO_TRIM, {0}, INFINITY}, start = *near;
+    point along = {GTM_NO_TRIM, {0}, INFINITY};
     int is_sure = 0;
-    if (start.status == GTM_NO_TRIM) start = trim_at_least_rudder(p, lower, upper, given);
-    if (start.status != GTM_NO_TRIM)
-        along.status = gtm_follow_rudder(p, lower, upper, given, start.y, along.y, &along.violation, &is_sure);
+    const double *start = near->status == GTM_NO_TRIM ? 0 : near->y;
+    along.status = gtm_follow_rudder(p, lower, upper, given, start, along.y, &along.violation, &is_sure);
     if (is_sure) return along;
     point found = least_sideslip(p, lower, upper, given);
     if (is_better(&along, &found)) found = along;
