@@ -5,6 +5,7 @@
 
 #include "generated/constants.h"
 #include "gtm_t2.h"
+#include "solver/descent.h"
 #include "solver/trim.h"
 
 enum { MOST_CLOSING = 60, MOST_LOOKS = 12, MOST_POINTS = 256 };
@@ -65,11 +66,33 @@ static double crossing(const point *a, const point *b)
     return a->at - a->excess * (b->at - a->at) / (b->excess - a->excess);
 }
 
+/* The farthest point inside that a descent reaches from one inside, not beyond one outside. */
+static point descend(const section *s, const point *inside, const point *outside)
+{
+    const int i = s->kind == GTM_SPEEDS ? V : PSI_DOT;
+    gtm_flight flight = gtm_flight_at(s->configuration, s->throttles, s->altitude, s->gamma);
+    gtm_bounds b = gtm_bounds_of(&flight, s->lower, s->upper);
+    double objective[GTM_MOST_UNKNOWNS] = {0}, excess;
+    point found = *inside;
+    b.lower[i] = fmin(inside->at, outside->at);
+    b.upper[i] = fmax(inside->at, outside->at);
+    objective[i] = outside->at > inside->at ? -1 : 1;
+    if (gtm_find_extreme(&flight.problem, b.lower, b.upper, objective, 1, inside->y, found.y, &excess)) return *inside;
+    found.at = found.y[i];
+    return found;
+}
+
 /* The last point inside, between one inside and one outside: by secants, moved by less than the tolerance towards the
    side that the last one was not on, so that both sides close in; and halfway where these are slow. */
 static point close_in(const section *s, point inside, point outside)
 {
     const double least = 0.4 * tolerance * s->scale;
+    if (!s->is_settled && s->kind != GTM_CLIMBS) { /* a descent is quick, but may end too early */
+        const point reached = descend(s, &inside, &outside);
+        const point beyond = point_at(s, reached.at + copysign(2 * least, outside.at - inside.at));
+        if (!beyond.is_inside) return reached;
+        inside = beyond;
+    }
     point farther = outside;
     double width = outside.at - inside.at, before = INFINITY;
     for (int k = 0, was_inside = 0; k < MOST_CLOSING && fabs(width) > tolerance * s->scale; k++) {
