@@ -5,7 +5,7 @@ BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/e
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
 	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py)) surrogate/core/network.c
 
-.PHONY: study test benchmarks publish-benchmarks wheels clean
+.PHONY: study test quick coverage benchmarks publish-benchmarks wheels clean
 
 study: .venv/installed
 	$(BIN)/gtm-fmu study --output build/study
@@ -15,6 +15,17 @@ test: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist loadfile
+
+# What has no slow nature: no compiled FMU, no training, no whole command.
+quick: .venv/installed
+	$(BIN)/pytest -n 2 --dist loadfile -m "not slow"
+
+# Which lines the tests reach, those that run in other processes included.
+coverage: .venv/installed
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest -n 2 --dist loadfile
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
 
 benchmarks: .venv/installed
 	for script in $(filter-out benchmarks/table.py benchmarks/compare.py,$(wildcard benchmarks/*.py)); do \

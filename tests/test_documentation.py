@@ -26,6 +26,8 @@ from typer.exceptions import TyperException
 from gtm_fmu import ControlLimits, linearize, trim
 from study.commands import cli
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
 COMMANDS = ("gtm-fmu", "python", "make", "node")

@@ -12,6 +12,8 @@ import pytest
 
 import gtm_fmu
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("gtm_fmu", "surrogate", "sensitivity", "fmu_src", "study")
 

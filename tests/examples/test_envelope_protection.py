@@ -13,6 +13,8 @@ from examples.envelope_protection.figure import draw, until_ground
 from examples.envelope_protection.system import JAM_S, STEP_S
 from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
 
+pytestmark = pytest.mark.slow
+
 PROTECTED, UNPROTECTED = run.FLIGHTS
 SLOWED_S, COMPARED_S = 88.0, 40.0
 

@@ -14,6 +14,8 @@ from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.envelope import envelope
 from tests.fmu_src.native_session import DISCARD, ERROR, OK
 
+pytestmark = pytest.mark.slow
+
 FT, DEG, LB = 0.3048, math.pi / 180, 0.45359237
 KN = 0.3048 / 0.592487  # SPEC 1
 SHARED = {"altitude": 3000.0, "gamma": -2 * DEG}

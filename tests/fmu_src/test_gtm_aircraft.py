@@ -20,6 +20,8 @@ from gtm_fmu.trims.steady import trim
 from tests.fmu_src.conftest import AIRCRAFT
 from tests.fmu_src.native_session import DISCARD, ERROR, OK, SESSIONS
 
+pytestmark = pytest.mark.slow
+
 GROUPS = aircraft_description().groups
 NAMES = {group: [variable.name for variable in variables] for group, variables in GROUPS.items()}
 SI = {group: np.array([variable.scale for variable in variables]) for group, variables in GROUPS.items()}

@@ -16,6 +16,8 @@ from gtm_fmu.core import library_path
 
 from .conftest import read
 
+pytestmark = pytest.mark.slow
+
 FT, DEG = 0.3048, math.pi / 180
 STATE_SI = np.array([FT] * 3 + [1] * 5 + [FT] + [1] * 3)
 CONTROL_SI = np.array([DEG] * 3 + [0.01])

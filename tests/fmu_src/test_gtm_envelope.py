@@ -17,6 +17,8 @@ from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.envelopes.envelope import envelope
 from tests.fmu_src.native_session import DISCARD, ERROR, OK
 
+pytestmark = pytest.mark.slow
+
 CASE = ("altitude", "gamma", "rudder.lower", "rudder.upper")
 SPEEDS = ("v_min", "v_max", "v_min_std", "v_max_std", "margin.slow", "margin.fast")
 SI = np.array([0.3048, math.pi / 180, math.pi / 180, math.pi / 180])

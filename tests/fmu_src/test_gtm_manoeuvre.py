@@ -20,6 +20,8 @@ from tests.fmu_src.conftest import sessions
 from tests.fmu_src.native_session import DISCARD, ERROR, OK, Session
 from tests.fmu_src.test_failure_envelopes import DEG, FT, KN, Given, give, pair
 
+pytestmark = pytest.mark.slow
+
 ANGLES = ("alpha", "beta", "bank", "elevator", "aileron", "rudder")
 THROTTLES = ("throttle.left", "throttle.right")
 TRIM = [f"trim.{name}" for name in (*ANGLES, *THROTTLES)]

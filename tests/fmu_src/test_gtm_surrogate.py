@@ -15,6 +15,8 @@ from gtm_fmu.errors import InputError
 
 from .conftest import CASE_RANGES, random_networks, read
 
+pytestmark = pytest.mark.slow
+
 CASE = ("altitude", "gamma", "rudder.lower", "rudder.upper")
 ENVELOPE = ("v_min", "v_max", "v_min_std", "v_max_std")
 OUTPUTS = (*ENVELOPE, "margin.slow", "margin.fast", "feasible", "in_domain")

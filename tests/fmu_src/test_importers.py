@@ -23,6 +23,8 @@ from tests.fmu_src.importer_matrix import (
     verdicts,
 )
 
+pytestmark = pytest.mark.slow
+
 GROUPS = dynamics_description().groups
 X_SI, U_SI, Y_SI = (np.array([variable.scale for variable in GROUPS[g]]) for g in ("states", "controls", "outputs"))
 STEPS_ONLY = (*SIBLINGS, "aircraft-native", "aircraft-native3")

@@ -15,6 +15,8 @@ from surrogate import Network, Variable
 from tests.fmu_src.native_session import OK, SESSIONS
 from tests.surrogate.exports.test_exports import INPUTS, MODELS, OUTPUTS, RANGES, X
 
+pytestmark = pytest.mark.slow
+
 NAMES = [variable.name for variable in INPUTS]
 RESULTS = [variable.name for variable in OUTPUTS]
 

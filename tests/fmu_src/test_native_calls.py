@@ -8,6 +8,8 @@ import pytest
 
 from tests.fmu_src.native_session import DISCARD, ERROR, OK, WARNING, doubles, references
 
+pytestmark = pytest.mark.slow
+
 VARIABLES, STATES = 66, 12
 START = [50.0, 0, 2.6, 0, 0, 0, 0.66, -1.3, 243.84, 0, 0.05, 0]
 

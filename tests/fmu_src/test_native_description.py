@@ -24,6 +24,8 @@ from gtm_fmu import core
 from gtm_fmu.airframe.names import CONTROLS, STATES
 from gtm_fmu.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 NAMES = {2: "GtmDynamicsNative", 3: "GtmDynamicsNative3"}
 
 

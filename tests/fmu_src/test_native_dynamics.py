@@ -34,6 +34,8 @@ from tests.fmu_src.native_flight import (
 )
 from tests.fmu_src.native_session import DISCARD, ERROR, OK, SESSIONS
 
+pytestmark = pytest.mark.slow
+
 
 class TestEvaluation:
     @pytest.mark.parametrize("kind", ["cs", "me"])

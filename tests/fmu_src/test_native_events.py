@@ -9,6 +9,8 @@ import pytest
 
 from tests.fmu_src.native_session import OK, SESSIONS
 
+pytestmark = pytest.mark.slow
+
 EDGE = math.radians(5)  # of the flight paths that the thrust map and the networks know, docs/fmus.md
 STEEP = 0.6  # rad, 34 deg: outside, and no throttle holds such a climb
 MODELS = ("thrust-map", "surrogate", "envelope")

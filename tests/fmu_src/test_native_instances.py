@@ -10,6 +10,8 @@ import pytest
 from tests.fmu_src.native_flight import fly
 from tests.fmu_src.native_session import SESSIONS
 
+pytestmark = pytest.mark.slow
+
 
 def in_threads(work, results) -> None:
     threads = [threading.Thread(target=work, args=(results, place)) for place in range(len(results))]

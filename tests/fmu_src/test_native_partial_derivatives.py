@@ -9,6 +9,8 @@ from gtm_fmu import core
 from tests.fmu_src.native_flight import DX, NX, U0, U_SI, X0, X_SI, Y_SI, U, X, Y, put, random_points, read
 from tests.fmu_src.native_session import ERROR, OK, SESSIONS
 
+pytestmark = pytest.mark.slow
+
 
 def exact_slopes(x, u):
     """Slopes of derivatives and outputs (27, 16) in SI by the core."""

@@ -20,6 +20,8 @@ from gtm_fmu.airframe.names import FAILURE
 from gtm_fmu.errors import InputError
 from tests.fmu_src.native_flight import NU, U, X
 
+pytestmark = pytest.mark.slow
+
 HOST = Path(__file__).with_name("fmu_host.c")
 HAS_ZIG = find_spec("ziglang") is not None
 needs_zig = pytest.mark.skipif(not HAS_ZIG, reason="ziglang (the extra `cross`) is not installed")

@@ -11,6 +11,8 @@ from fmu_src.packing.archive import digest
 from fmu_src.packing.compiler import with_includes
 from fmu_src.packing.native_fmus import NATIVE_MODELS
 
+pytestmark = pytest.mark.slow
+
 FUZZ = Path(__file__).parent / "fuzz"
 SEED = 20261122
 STRINGS = {

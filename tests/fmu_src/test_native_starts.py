@@ -6,6 +6,8 @@ import pytest
 
 from tests.fmu_src.native_session import DISCARD, ERROR, OK
 
+pytestmark = pytest.mark.slow
+
 
 def test_start_values_in_instantiated(start, fmi):
     """FMI 3.0, 2.3.2, table of the state Instantiated: "Get variable start values"; FMI 2.0 forbids the call."""

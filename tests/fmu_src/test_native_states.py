@@ -12,6 +12,8 @@ import pytest
 
 from tests.fmu_src.native_session import ERROR, OK, SESSIONS, references
 
+pytestmark = pytest.mark.slow
+
 NAN, WORD, MASK, PROT_NONE = struct.pack("d", float("nan")), 8, 2**64 - 1, 0
 
 

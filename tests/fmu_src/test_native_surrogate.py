@@ -15,6 +15,8 @@ from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 from tests.fmu_src.conftest import CASE_RANGES
 from tests.fmu_src.native_session import DISCARD, OK, SESSIONS
 
+pytestmark = pytest.mark.slow
+
 CASE = ("altitude", "gamma", "rudder.lower", "rudder.upper")
 SPEEDS = ("v_min", "v_max", "v_min_std", "v_max_std", "margin.slow", "margin.fast")
 SI = np.array([M_PER_FT, RAD_PER_DEG, RAD_PER_DEG, RAD_PER_DEG])

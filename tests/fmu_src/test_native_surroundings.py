@@ -11,6 +11,8 @@ from pathlib import Path
 import fmpy
 import pytest
 
+pytestmark = pytest.mark.slow
+
 HOST = """
 import ctypes, json, locale, math, sys, threading
 from ctypes import byref, c_size_t, c_ubyte, c_void_p

@@ -19,6 +19,8 @@ from gtm_fmu.errors import InputError
 from tests.fmu_src.conftest import sessions
 from tests.fmu_src.native_session import DISCARD, ERROR, OK
 
+pytestmark = pytest.mark.slow
+
 SPEEDS = ("v_min", "v_max", "v_min_std", "v_max_std", "margin.slow", "margin.fast")
 FLAGS = ("feasible", "in_domain", "fold")
 SI = np.array([0.3048, *[math.pi / 180] * 3])

@@ -23,6 +23,8 @@ from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.core import library_path
 from gtm_fmu.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 
 def members(path: Path) -> dict[str, bytes]:
     with zipfile.ZipFile(path) as archive:

@@ -24,7 +24,7 @@ MODELS = ("dynamics", "aircraft", "envelope", "surrogate")
 OK, DISCARD, ERROR = 0, 2, 3
 LAST_SUCCESSFUL_TIME, TERMINATED = 2, 3
 """Of fmi2StatusKind."""
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there the binary is pythonfmu's")
+pytestmark = [pytest.mark.skipif(sys.platform == "win32", reason="there the binary is pythonfmu's"), pytest.mark.slow]
 
 Logger = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 

@@ -11,6 +11,8 @@ from gtm_fmu.aircraft.client import FmuClient, FmuError
 from tests.fmu_src.conftest import sessions
 from tests.fmu_src.native_session import DISCARD, OK, Session
 
+pytestmark = pytest.mark.slow
+
 LAST_SUCCESSFUL_TIME, TERMINATED = 2, 3
 FLIGHTS = ("dynamics", "aircraft", "dynamics-native", "aircraft-native")
 INPUTS = {

@@ -15,6 +15,8 @@ from fmu_src.packing.native_fmus import NATIVE_MODELS
 from fmu_src.packing.native_sources import HEADERS, standard_headers
 from tests.fmu_src.test_model_fmu import MODELS
 
+pytestmark = pytest.mark.slow
+
 LINKED = Path(__file__).with_name("linked.c")
 PAGE = Path(__file__).parents[2] / "docs" / "fmus.md"
 FULL_NAME = """#ifdef FMI2_FUNCTION_PREFIX

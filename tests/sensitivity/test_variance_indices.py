@@ -11,6 +11,8 @@ from scipy.stats import norm
 
 from sensitivity import Distribution, OrderedUniform, Uniform, variance_design, variance_indices
 
+pytestmark = pytest.mark.slow
+
 PI = np.pi
 TRIANGLE = Distribution([Uniform("x", 0.0, 1.0), OrderedUniform(("L", "U"), 0.0, 1.0)])
 

@@ -17,6 +17,8 @@ from surrogate.estimators import (
     LolimotRegressor,
 )
 
+pytestmark = pytest.mark.slow
+
 ESTIMATORS = [
     LevenbergMarquardtRegressor(3, restarts=1, epochs=10, random_state=0),
     BayesianRegularizationRegressor(3, restarts=1, epochs=10, random_state=0),

@@ -12,6 +12,8 @@ from fmu_src import build
 from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 AUTOPILOT = Path(__file__).parents[3] / "examples" / "envelope_protection" / "autopilot.py"
 """A slave that pythonfmu wraps itself."""
 

@@ -13,6 +13,8 @@ from tests.gtm_fmu.core.test_core_against_plain_model import STEPS, largest_diff
 from tests.reference import plain_configuration, plain_model
 from tests.reference.plain_configuration import DAMAGE, SIGNALS
 
+pytestmark = pytest.mark.slow
+
 ALTITUDE = STATES.index("altitude")
 CASES = tuple(DAMAGE)
 COMMANDED, SPOILERS, FLAPS = SIGNALS[:8], SIGNALS[8:12], SIGNALS[12:16]

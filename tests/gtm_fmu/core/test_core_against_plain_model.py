@@ -12,6 +12,8 @@ from gtm_fmu.airframe.names import CONTROLS, OUTPUTS, STATES
 from gtm_fmu.core.library import library_path
 from tests.reference import plain_model, spec_values
 
+pytestmark = pytest.mark.slow
+
 ALTITUDE = STATES.index("altitude")
 
 

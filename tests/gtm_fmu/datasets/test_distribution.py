@@ -21,6 +21,8 @@ from gtm_fmu.errors import InputError
 from tests.gtm_fmu.datasets import dataset_run
 from tests.gtm_fmu.datasets.dataset_run import CHUNK, TABLE
 
+pytestmark = pytest.mark.slow
+
 OPTIONS = {"alpha_deg": [-5.0, 10.5], "phi_deg": [-30.0, 30.0]}
 CHUNKS = -(-len(TABLE) // CHUNK)
 

@@ -24,6 +24,8 @@ from gtm_fmu.datasets.store import LOCK, METADATA, CaseStore, chunk_size, open_c
 from gtm_fmu.errors import InputError
 from tests.gtm_fmu.datasets.rudder_store import CHUNK, OPTIONS, TABLE, fill, jams
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, np.ndarray]:

@@ -16,6 +16,8 @@ from gtm_fmu.trims import manoeuvre, steady
 from tests.gtm_fmu.envelopes import brute_force
 from tests.reference import plain_model
 
+pytestmark = pytest.mark.slow
+
 GAP = (33591.549399502124, 0.3801354179272882, Failure(ControlLimits(rudder_deg=(7.731865359248744,) * 2)))
 
 

@@ -13,6 +13,8 @@ from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 from tests.gtm_fmu.trims.test_failure_trims import LEFT_OUT, RIGHT_OUT, fixed, plain_accelerations
 
+pytestmark = pytest.mark.slow
+
 CASES = {
     "rudder off": (10000.0, 0.0, fixed(damage_case=1)),
     "vertical tail off": (20000.0, -2.0, fixed(damage_case=2)),

@@ -22,6 +22,8 @@ from gtm_fmu.trims.manoeuvre import Trim
 from tests.reference import plain_model
 from tests.reference.spec_values import TRIMS, half_unit
 
+pytestmark = pytest.mark.slow
+
 JAM = ControlLimits(rudder_deg=(10, 10))
 VALUES = {
     "turn_rate_deg_s": 3.0,

@@ -17,6 +17,8 @@ from gtm_fmu.trims.equilibrium import equilibrium
 from gtm_fmu.trims.fmu_trimmer import FmuTrimmer
 from gtm_fmu.units import KT_PER_FT_S
 
+pytestmark = pytest.mark.slow
+
 ANYWHERE = (-np.inf, np.inf)
 
 

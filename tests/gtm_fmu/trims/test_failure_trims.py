@@ -17,6 +17,8 @@ from gtm_fmu.trims.linearization import linearize
 from gtm_fmu.trims.manoeuvre import Trim
 from tests.reference import plain_configuration
 
+pytestmark = pytest.mark.slow
+
 LEFT_OUT, RIGHT_OUT, BOTH_OUT = (False, True), (True, False), (False, False)
 
 

@@ -18,6 +18,8 @@ from gtm_fmu.units import KT_PER_FT_S
 from tests.reference import plain_model
 from tests.reference.spec_values import TRIMS, half_unit
 
+pytestmark = pytest.mark.slow
+
 NASA = Path(__file__).parents[2] / "reference" / "nasa_plots"
 EDGE = ("alpha_deg", "beta_deg", "phi_deg", "theta_deg", "elevator_deg", "aileron_deg", "rudder_deg", "throttle_pct")
 

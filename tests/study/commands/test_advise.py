@@ -11,6 +11,8 @@ from gtm_fmu.core.configuration import Configuration
 from study.paper import advice
 from study.paper.advice_figure import plot_advice
 
+pytestmark = pytest.mark.slow
+
 RUDDER = "advise --altitude-ft 10000 --gamma-deg -5 --rudder-deg 5 25"
 
 

@@ -15,6 +15,8 @@ from gtm_fmu.envelopes.thrust_map import ThrustMap
 from surrogate.rudder.emulator import NETWORK, PAPER, RudderEmulator
 from tests.reference.spec_values import TRIMS, assert_as_printed
 
+pytestmark = pytest.mark.slow
+
 COMMANDS = ("trim", "linearize", "envelope", "predict", "build", "study")
 JAM = next(trim for trim in TRIMS if trim.name == "rudder held at 10 deg")
 KT_PER_FT_S = 0.592487  # SPEC 1

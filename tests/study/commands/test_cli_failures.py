@@ -8,6 +8,8 @@ from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.trims import steady
 
+pytestmark = pytest.mark.slow
+
 FAILURE = "--damage-case 5 --engine-out left --rudder-deg -10 10"
 SAME = Failure(ControlLimits(rudder_deg=(-10, 10)), Configuration(damage_case=5, engine_running=(False, True)))
 

@@ -9,6 +9,8 @@ import pytest
 
 from surrogate.rudder.emulator import SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
 
+pytestmark = pytest.mark.slow
+
 AT = "--altitude-ft 10000 --tas-kt 118.5"
 
 

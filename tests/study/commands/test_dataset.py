@@ -18,6 +18,8 @@ from gtm_fmu.envelopes.envelope import envelope
 from study.paper import lattice as paper_lattice
 from study.paper import published
 
+pytestmark = pytest.mark.slow
+
 TWO_CONDITIONS = "--sampling lattice --altitude-ft 0 10000 --altitude-levels 2 --gamma-deg 1 1"
 DATASETS = "gtm_fmu.datasets"
 JAM = "--rudder-deg 5 5"

@@ -21,6 +21,8 @@ from surrogate import LocalModelNetwork, Network, load_model
 from surrogate.rudder.emulator import INPUTS, SPEEDS
 from surrogate.training.samples import read_samples
 
+pytestmark = pytest.mark.slow
+
 COLUMNS = ["--inputs", "span_mm,alpha_deg", "--outputs", "lift:N,drag"]
 ROWS = 240
 

@@ -8,6 +8,8 @@ from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.envelopes import maps as surveys
 from gtm_fmu.envelopes.envelope import FlightCondition
 
+pytestmark = pytest.mark.slow
+
 
 def test_envelopes_over_flight_path(ask, tmp_path):
     picture = tmp_path / "volume.png"

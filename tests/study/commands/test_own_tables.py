@@ -17,6 +17,8 @@ from surrogate import LocalModelNetwork, Variable, load_model
 from surrogate.training.samples import read_samples
 from tests.gtm_fmu.datasets.rudder_store import CHUNK, TABLE, fill
 
+pytestmark = pytest.mark.slow
+
 QUICK = ("--method", "lolimot", "--splits", 1)
 RNG = np.random.default_rng(0)
 

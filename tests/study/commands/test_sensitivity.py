@@ -20,6 +20,8 @@ from surrogate import LolimotRegressor, load_model
 from surrogate.rudder.surrogates import load_surrogate
 from tests.study.commands.test_cli_refusals import assert_sentence
 
+pytestmark = pytest.mark.slow
+
 CORRELATED = """
 groups = [["a", "b"]]
 [[inputs]]

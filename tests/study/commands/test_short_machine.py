@@ -11,6 +11,8 @@ import pytest
 
 from study.commands import cli, machine
 
+pytestmark = pytest.mark.slow
+
 COMMAND = Path(sys.executable).with_name("gtm-fmu")
 AT = "--altitude-ft 10000"
 

@@ -16,7 +16,7 @@ from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, assert_accessib
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytest.importorskip("ziglang", reason="Zig is not installed")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+pytestmark = [pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM), pytest.mark.slow]
 
 EXACT_KT = 1e-9
 RANDOM = np.random.default_rng(7)

@@ -14,7 +14,7 @@ from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, chromium, new_t
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+pytestmark = [pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM), pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

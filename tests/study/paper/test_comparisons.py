@@ -13,6 +13,8 @@ from gtm_fmu.envelopes.thrust_map import ThrustMap
 from study.paper import comparisons
 from study.progress import stages
 
+pytestmark = pytest.mark.slow
+
 CASES = 8
 V_MIN_RANGE, V_MAX_RANGE = 50.0, 80.0
 DATA = xr.Dataset(

@@ -25,6 +25,8 @@ from study.paper.rudder_grid import Cells
 from surrogate import Schedule
 from surrogate.rudder.emulator import RudderEmulator, train
 
+pytestmark = pytest.mark.slow
+
 PICTURES = {
     f"{name}.png"
     for name in ("envelope_jams", "regression", "performance", "errors", "emulator_jams", "indices", "failures")

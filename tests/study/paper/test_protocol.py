@@ -11,6 +11,8 @@ from study.paper import protocol_report, published
 from study.paper.protocol import Lattice, Protocol, run
 from surrogate import LocalSettings, Schedule
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def lattice() -> Lattice:

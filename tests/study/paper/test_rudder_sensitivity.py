@@ -27,6 +27,8 @@ from study.paper.rudder_sensitivity import (
 )
 from surrogate.rudder.emulator import PAPER, RudderEmulator
 
+pytestmark = pytest.mark.slow
+
 ALTITUDE, LOWER, UPPER, BOTH = NAMES[0], *LIMITS, ",".join(LIMITS)
 EVERY_LIMIT = range(-30, 31, 10)
 

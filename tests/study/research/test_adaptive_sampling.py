@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from gtm_fmu.datasets.off_lattice import OffLattice
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from study.research.adaptive_sampling import FIRST_JAMS, PROBES, chosen_jams, refinements
+
+pytestmark = pytest.mark.slow
 
 
 def test_refinements_end_at_the_whole_map_and_count_its_solutions():

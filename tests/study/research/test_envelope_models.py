@@ -9,6 +9,8 @@ from gtm_fmu.datasets.off_lattice import OffLattice
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from study.research.envelope_models import CaseModel, GaussianProcess, JamModel, surface_map
 
+pytestmark = pytest.mark.slow
+
 
 def linear_jams(count=60) -> OffLattice:
     """V_min = 60 + d, V_max = 120 + 2 d, t_min = 90 + d %: no envelope from 10 deg on."""

@@ -19,6 +19,8 @@ from study.research.surrogate_report import surrogates_report
 from surrogate.rudder import networks as rudder_networks
 from surrogate.rudder.emulator import RudderEmulator
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):

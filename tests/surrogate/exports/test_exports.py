@@ -19,6 +19,8 @@ from surrogate.exports.forms import FORMS, export_c, export_form
 from surrogate.models.local_models import polynomial_terms
 from surrogate.models.partitions import AxisPartition, ObliquePartition, SplitTree
 
+pytestmark = pytest.mark.slow
+
 INPUTS = tuple(Variable(*pair) for pair in (("wing span", "mm"), ("flap */ \\ 50%", "deg"), ('"q"', "-")))
 OUTPUTS = tuple(Variable(*pair) for pair in (("lift_N", "N"), ("speed", "kt")))
 RANGES = np.array([[1000.0, 9000.0], [-5.0, 5.0], [-1.0, 1.0]])

@@ -12,6 +12,8 @@ from surrogate.training.bayesian_regularization import effective_parameters
 from surrogate.training.levenberg_marquardt import Schedule, train
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow
 
+pytestmark = pytest.mark.slow
+
 
 @dataclass
 class LinearProblems:

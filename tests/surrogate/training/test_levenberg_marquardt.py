@@ -10,6 +10,8 @@ from surrogate.training.levenberg_marquardt import PLAIN_SCHEDULE, train
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 from tests.surrogate.conftest import INPUTS, OUTPUTS, random_inputs, smooth_function
 
+pytestmark = pytest.mark.slow
+
 SIZES = (2, 4, 2)
 
 

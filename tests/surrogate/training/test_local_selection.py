@@ -7,6 +7,8 @@ from surrogate import Schedule, select_network, split_samples
 from surrogate.training.local_selection import select_local_models
 from tests.surrogate.conftest import INPUTS, OUTPUTS, random_inputs, smooth_function
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def selection():

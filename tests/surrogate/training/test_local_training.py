@@ -10,6 +10,8 @@ from surrogate.training.hilomot import Hilomot, NestedSplit
 from surrogate.training.local_training import ScaledSamples, grow
 from surrogate.training.lolimot import Lolimot
 
+pytestmark = pytest.mark.slow
+
 
 def unit_square(n: int, seed: int = 0) -> np.ndarray:
     """Random samples, with the corners, so that the inputs are scaled as they are."""

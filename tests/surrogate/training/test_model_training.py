@@ -7,6 +7,8 @@ from surrogate import Variable
 from surrogate.training.model_training import train_model
 from surrogate.training.samples import Samples
 
+pytestmark = pytest.mark.slow
+
 ROWS, COPIES = 60, 8
 
 

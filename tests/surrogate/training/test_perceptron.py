@@ -8,6 +8,8 @@ import torch
 
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 
+pytestmark = pytest.mark.slow
+
 D, M = 3, 2
 """Inputs and outputs."""
 B, N = 4, 30

@@ -6,6 +6,8 @@ import pytest
 from surrogate import Schedule, select_network, split_samples, train_networks
 from tests.surrogate.conftest import INPUTS, OUTPUTS, random_inputs, smooth_function
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     ("n", "independent", "test", "training"), [(1044, 104, 94, 846), (1102, 110, 99, 893), (100, 10, 9, 81)]
