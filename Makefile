@@ -20,7 +20,7 @@ test: .venv/installed
 quick: .venv/installed
 	$(BIN)/pytest -n 2 --dist loadfile -m "not slow"
 
-# Which lines the tests reach, those that run in other processes included.
+# Which lines the tests reach, those that run in other processes included; fails below the floor in pyproject.toml.
 coverage: .venv/installed
 	$(BIN)/coverage erase
 	$(BIN)/coverage run -m pytest -n 2 --dist loadfile
