@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,8 @@ def timed(call: Callable[[], Any]) -> tuple[float, float, Any]:
 
 
 def lattice(store: Path | None) -> tuple[np.ndarray, np.ndarray]:
-    X, V, _ = dataset.samples(dataset.load(store) if store else dataset.lattice())
+    with TemporaryDirectory() as folder:
+        X, V, _ = dataset.samples(dataset.solved(store or Path(folder, "lattice.zarr"), dataset.lattice()))
     feasible = np.isfinite(V).all(axis=1)
     return X[feasible], V[feasible]
 

@@ -29,7 +29,7 @@ ROOMS = (
     ("fmu_src.packing",),
     ("fmu_src", "build_fmu"),
     ("sensitivity",),
-    ("study.files", "study.progress", "study.tables"),
+    ("study.files", "study.kept", "study.progress", "study.tables"),
     ("study.figures",),
     ("study.explorer",),
     ("study.paper",),

@@ -58,6 +58,7 @@ def compute(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Progress | None = None,
+    replace: bool = False,
 ) -> int:
     """Fill a store with the envelopes of a table's cases; a store that was left unfinished is continued.
 
@@ -66,6 +67,7 @@ def compute(
         workers: processes on this machine; default one a core.
         scheduler: address of a `dask.distributed` scheduler whose workers are used instead; they need this package.
         progress: called with the number of solved cases and of all that were missing.
+        replace: begin anew where a store of another version or with other options is, instead of refusing it.
 
     Returns:
         Number of cases that were missing.
@@ -80,7 +82,7 @@ def compute(
         raise InputError(f"{workers} workers were asked for; ask for 1 to {MOST_WORKERS}.")
     options = {"alpha_deg": list(alpha_deg), "phi_deg": list(phi_deg)}
     with writer_lock(path):
-        store = CaseStore(path, table, options, chunk)
+        store = CaseStore(path, table, options, chunk, replace)
         chunks = store.unfinished()
         if chunks:
             with silence_logging_cmgr(logging.CRITICAL), _client(workers, scheduler) as client:

@@ -110,6 +110,10 @@ def _unwritable(path: Path, error: OSError, advice: str) -> InputError:
     return InputError(f"Cannot write {path} ({error.strerror or error}); {advice}.")
 
 
+class OtherStoreError(InputError):
+    """A store of another version, or with other options."""
+
+
 class CaseStore:
     """A store being filled. Hold `writer_lock` while writing.
 
@@ -118,12 +122,15 @@ class CaseStore:
         table: its cases.
         options: further attributes that its values follow from.
         chunk: cases a chunk; default about `chunk_size`.
+        replace: begin anew where a store of another version or with other options is.
 
     Raises:
         InputError: what is at ``path`` is no store, a damaged one, or one of another version or with other options.
     """
 
-    def __init__(self, path: Path, table: Cases, options: Mapping[str, Any], chunk: int | None = None):
+    def __init__(
+        self, path: Path, table: Cases, options: Mapping[str, Any], chunk: int | None = None, replace: bool = False
+    ):
         self.path, self.table = path, table
         columns = table.columns
         self._schema = {column.name: attributes(column) for column in columns}
@@ -131,7 +138,22 @@ class CaseStore:
         self._schema |= {CHECKSUM: (np.dtype(np.uint64), {}), FINISHED: (np.dtype(bool), {})}
         self._chunk = chunk or table.block(chunk_size(len(table)))
         self._identity = identity(table, options) | {"chunk": self._chunk}
-        self._arrays = None if not path.exists() or _is_begun(path) else self._open()
+        try:
+            self._arrays = None if not path.exists() or _is_begun(path) else self._open()
+        except OtherStoreError:
+            if not replace:
+                raise
+            self._clear()
+            self._arrays = None
+
+    def _clear(self) -> None:
+        """Remove what is in the store but for the writer's lock; its metadata go first, so that a rest is no store."""
+        (self.path / METADATA).unlink()
+        for entry in self.path.iterdir():
+            if entry.is_dir():
+                shutil.rmtree(entry)
+            elif entry.name != LOCK:
+                entry.unlink()
 
     def _create(self) -> dict[str, zarr.Array]:
         title = "Lowest and highest speed of steady manoeuvres of the GTM-T2 with failed controls"
@@ -192,7 +214,7 @@ class CaseStore:
             if stored.get(name) != value:
                 kind = "by another version" if name.endswith(("_version", "_sha256")) else "with other options"
                 change = f"{name}: {stored.get(name)!s:.60}, now {value!s:.60}"
-                raise InputError(
+                raise OtherStoreError(
                     f"{self.path} was made {kind} ({change}) and was left as it is; choose another folder, or remove "
                     "that one."
                 )

@@ -30,11 +30,11 @@ Given = TypeVar("Given")
 Found = TypeVar("Found")
 
 
-def volume(advance: Advance) -> EnvelopeFamily:
+def volume(gammas_deg: Sequence[float] = GAMMAS_DEG, advance: Advance | None = None) -> EnvelopeFamily:
     """Envelopes over flight-path angles with the rudder jammed (paper Fig. 1)."""
     altitude_ft, rudder_deg = FIG_1
     condition = FlightCondition(altitude_ft, 0.0, ControlLimits(rudder_deg=rudder_deg))
-    return envelope_family(condition, "gamma", GAMMAS_DEG, progress=advance)
+    return envelope_family(condition, "gamma", gammas_deg, progress=advance)
 
 
 @dataclass(frozen=True)

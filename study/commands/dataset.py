@@ -100,6 +100,7 @@ def dataset(
     from gtm_fmu.datasets.distribution import compute
     from gtm_fmu.datasets.export import check_export
     from gtm_fmu.datasets.export import export as write_table
+    from gtm_fmu.datasets.lattice import lattice
     from gtm_fmu.datasets.store import slices
     from study.commands.printing import show
     from study.paper import lattice as paper_lattice
@@ -111,7 +112,7 @@ def dataset(
     elif any(option not in (None, []) for option in (*chosen, *given.values())):
         raise InputError("The paper's lattice fixes every axis; leave out --presets or the other options of sampling.")
     else:
-        table = paper_lattice.paper_lattice()
+        table = lattice()
     if export:
         check_export(export, store)
     started = time.monotonic()

@@ -58,8 +58,6 @@ def _lattice(store: Path, advance: Advance) -> "Lattice":
     from gtm_fmu.datasets import lattice as dataset
     from study.paper.protocol import Lattice
 
-    if not store.exists():
-        dataset.save(dataset.lattice(progress=advance), store)
-    X, V, _ = dataset.samples(dataset.load(store))
+    X, V, _ = dataset.samples(dataset.solved(store, dataset.lattice(), advance))
     feasible = np.isfinite(V).all(axis=1)
     return Lattice(X[feasible], V[feasible])

@@ -1,26 +1,13 @@
-"""The paper's lattice of cases, and how many of them have an envelope beside the counts that the paper prints."""
+"""How many cases of the paper's lattice have an envelope, beside the counts that the paper prints."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gtm_fmu.datasets.axes import failure_levels, levels
-from gtm_fmu.datasets.cases import CaseTable
-from gtm_fmu.datasets.lattice import PAPER_ALTITUDES_FT, PAPER_GAMMAS_DEG, PAPER_RUDDERS_DEG
+from gtm_fmu.datasets.lattice import PAPER_GAMMAS_DEG, PAPER_RUDDERS_DEG, lattice
 from gtm_fmu.datasets.store import slices
 from study.paper import published
-
-
-def paper_lattice() -> CaseTable:
-    """The 1232 cases of the paper's Table 7."""
-    return CaseTable.lattice(
-        [
-            levels("altitude", PAPER_ALTITUDES_FT),
-            levels("gamma", PAPER_GAMMAS_DEG),
-            failure_levels("rudder", PAPER_RUDDERS_DEG),
-        ]
-    )
 
 
 def _members(gamma: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> dict[int, np.ndarray]:
@@ -58,7 +45,7 @@ def contradiction() -> str:
     Data sets 2 and 3 have no level of the rudder in common. A pair with one limit of each is in data set 6, and at
     three flight-path angles in data set 1; taking 2 and 3 from 6, and 4 and 5 from 1, leaves these pairs.
     """
-    gamma, lower, upper = paper_lattice().rows(0, len(paper_lattice()))[:, [1, 6, 7]].T
+    gamma, lower, upper = lattice().rows(0, len(lattice()))[:, [1, 6, 7]].T
     members = _members(gamma, lower, upper)
     left_out = {k: int(inside.sum()) - published.TRAINING_SAMPLES[k] for k, inside in members.items()}
     everywhere, at_three = left_out[6] - left_out[2] - left_out[3], left_out[1] - left_out[4] - left_out[5]

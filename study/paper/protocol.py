@@ -5,9 +5,7 @@ the same for all methods. Errors are mean squares of speeds mapped to 0..1 (pape
 """
 
 import hashlib
-import json
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,9 +14,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gtm_fmu.datasets import off_lattice
-from gtm_fmu.files import writable_folder
 from gtm_fmu.progress import Advance
-from study.files import save_figure, write_text
+from study.files import save_figure
+from study.kept import Kept
 from study.paper import protocol_figures, published
 from surrogate import Schedule, Selection, Split, select_network, split_samples
 from surrogate.plots import (
@@ -35,9 +33,6 @@ from surrogate.training.selection import squared_errors
 from surrogate.training.train import METHODS, Method
 
 TEST_FRACTION = 0.1
-NEURONS = tuple(range(1, 21))
-NEURON_ITERATIONS = 10
-"""The appendix: 1 to 20 hidden neurons, the process iterated 10 times."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +73,9 @@ class Protocol:
     jobs: int = 1
     schedule: Schedule | None = None
     """Of the networks' training; None: the trainers' own."""
+    neuron_counts: tuple[int, ...] = tuple(range(1, 21))
+    neuron_iterations: int = 10
+    """The appendix: 1 to 20 hidden neurons, the process iterated 10 times."""
 
     def split(self, seed: int, data_set: int = 6) -> Split:
         """The split of a seed; the independent part is that of the whole data set, whichever set is trained on."""
@@ -85,19 +83,18 @@ class Protocol:
         return split_samples(len(self.lattice.X), self.rounds, TEST_FRACTION, seed, members)
 
     def part(self, name: str, compute: Callable[[], tuple[dict[str, Any], dict[str, Figure]]]) -> dict[str, Any]:
-        """Values of a part, from its file, or computed and kept, its figures first."""
-        path = writable_folder(self.folder / "parts") / f"{name}.json"
-        # missing or damaged: it is computed anew
-        with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
-            kept = json.loads(path.read_text(encoding="utf-8"))
-            if (kept["lattice"], kept["rounds"]) == (self.lattice.key, self.rounds):
-                return kept
-        values, figures = compute()
-        for title, figure in figures.items():
-            save_figure(figure, self.folder / f"{title}.png")
-        values |= {"lattice": self.lattice.key, "rounds": self.rounds}
-        write_text(json.dumps(values, allow_nan=False), path)
-        return values
+        """Values of a part, kept or computed, its figures first."""
+        drawn: list[Path] = []
+
+        def computed() -> dict[str, Any]:
+            values, figures = compute()
+            for title, figure in figures.items():
+                drawn.append(self.folder / f"{title}.png")
+                save_figure(figure, drawn[-1])
+            return values
+
+        kept = Kept(self.folder, lattice=self.lattice.key, rounds=self.rounds, schedule=self.schedule)
+        return kept.part(name, computed, lambda: drawn, neurons=self.neuron_counts, iterations=self.neuron_iterations)
 
     def networks(self, method: Method, seed: int, advance: Advance, data_set: int = 6) -> dict[str, Any]:
         """Algorithm 1 with a method on a data set."""
@@ -147,13 +144,13 @@ class Protocol:
         """Least errors on the independent part by number of hidden neurons and iteration (Fig. 41)."""
 
         def compute() -> tuple[dict[str, Any], dict[str, Figure]]:
-            split = split_samples(len(self.lattice.X), NEURON_ITERATIONS, TEST_FRACTION, seed)
+            split = split_samples(len(self.lattice.X), self.neuron_iterations, TEST_FRACTION, seed)
             mse = []
-            for k, hidden in enumerate(NEURONS):
+            for k, hidden in enumerate(self.neuron_counts):
                 selection = self._select("bayesian_regularization", seed, split, lambda *_: None, hidden)
                 mse.append(selection.mse["independent"].tolist())
-                advance(k + 1, len(NEURONS))
-            return {"neurons": list(NEURONS), "mse_independent": mse}, {}
+                advance(k + 1, len(self.neuron_counts))
+            return {"neurons": list(self.neuron_counts), "mse_independent": mse}, {}
 
         return self.part(f"neurons-split{seed}", compute)
 

@@ -1,5 +1,6 @@
 """The results of a study as a table beside the paper's."""
 
+from collections.abc import Callable
 from statistics import median
 from typing import Any
 
@@ -10,43 +11,64 @@ Row = tuple[str, str, str]
 
 
 def study_report(results: dict[str, Any]) -> str:
-    """The results as Markdown."""
-    trims, envelopes, networks = results["trims"], results["envelopes"], results["networks"]
-    truth, surrogate = results["off_lattice"], results["surrogate_fmu"]
-    mse = networks["mse_independent"]
-    errors = zip(truth["median_error_kt"], truth["percentile_95_error_kt"], truth["largest_error_kt"], strict=True)
-    rows: list[Row] = [
+    """The results of all stages that are finished, as Markdown."""
+    parts = [*_tables(results), _models(results)]
+    if "sensitivity" in results:
+        parts.append(sensitivity_report.sensitivity_section(results["sensitivity"], results["failures"]))
+    return "# Results\n\n" + "\n".join(filter(None, parts))
+
+
+def _tables(results: dict[str, Any]) -> list[str]:
+    rows = [row for name, describe in _ROWS.items() if name in results for row in describe(results[name])]
+    if not rows:
+        return []
+    return [
+        markdown_table(("quantity", "here", "paper"), rows),
+        "The paper counts cases of which some have no steady manoeuvre inside its own limits; errors are mean squares "
+        "of speeds scaled to 0..1.\n",
+    ]
+
+
+def _envelope_rows(envelopes: dict[str, Any]) -> list[Row]:
+    return [
         ("Lattice cases", str(envelopes["cases"]), "1232 possible (Table 7)"),
         ("of them with an envelope", str(envelopes["feasible"]), f"{published.FEASIBLE_CASES} (sections III-C, III-E)"),
+    ]
+
+
+def _network_rows(networks: dict[str, Any]) -> list[Row]:
+    mse = networks["mse_independent"]
+    return [
         (f"Best of {len(mse)} networks, MSE on the independent test", short(min(mse)), short(published.MSE_ANN[6])),
         (f"Median of {len(mse)} networks, the same", short(median(mse)), "about 1e-4 (Fig. 10)"),
         ("R, independent test", f"{networks['speeds']['r_independent']:.5f}", "close to 1 (Fig. 12)"),
-        (
-            f"Its MSE between the lattice's nodes, {truth['compared']} random cases",
-            short(truth["mse"]),
-            "not studied",
-        ),
-        ("Feasibility right there", f"{truth['same_verdict']} of {truth['cases']}", "not studied"),
     ]
-    for name, (middle, high, largest) in zip(("V_min", "V_max"), errors, strict=True):
-        text = f"{middle:.2f} / {high:.2f} / {largest:.2f} kn"
-        rows.append((f"Error of {name} there: median / 95 % / largest", text, "not studied"))
-    rows += [
+
+
+def _trim_rows(trims: dict[str, Any]) -> list[Row]:
+    return [
         ("Trims over the FMU and in the core: same verdict", f"{trims['same_verdict']} of {trims['trims']}", "-"),
         ("their largest difference, of an unknown's scale", short(trims["largest_difference"]), "-"),
         ("Stable of the feasible trims", f"{trims['stable']} of {trims['feasible']}", "-"),
         ("Uncontrollable of them", str(trims["uncontrollable"]), "ignored (Fig. 8)"),
-        ("Surrogate FMU against its thrust map, largest", f"{short(surrogate['largest_difference_kt'])} kn", "-"),
     ]
-    return (
-        "# Results\n\n"
-        + markdown_table(("quantity", "here", "paper"), rows)
-        + "\n"
-        + _shipped(results["off_lattice_test_set"])
-        + "\nThe paper counts cases of which some have no steady manoeuvre inside its own limits; errors are mean "
-        "squares of speeds scaled to 0..1.\n\n"
-        + sensitivity_report.sensitivity_section(results["sensitivity"], results["failures"])
-    )
+
+
+def _fmu_rows(surrogate: dict[str, Any]) -> list[Row]:
+    return [("Surrogate FMU against its thrust map, largest", f"{short(surrogate['largest_difference_kt'])} kn", "-")]
+
+
+_ROWS: dict[str, Callable[[dict[str, Any]], list[Row]]] = {
+    "envelopes": _envelope_rows,
+    "networks": _network_rows,
+    "trims": _trim_rows,
+    "surrogate_fmu": _fmu_rows,
+}
+
+
+def _models(results: dict[str, Any]) -> str:
+    models = results.get("thrust_map", {}) | results.get("off_lattice", {})
+    return _shipped(models) if models else ""
 
 
 def _shipped(models: dict[str, dict[str, Any]]) -> str:

@@ -68,17 +68,21 @@ def _indices(weights: np.ndarray, outputs: np.ndarray, output_names: tuple[str, 
 
 
 def results(
-    thrust_map: ThrustMap, networks: Mapping[str, RudderEmulator], continued_by: RudderEmulator
+    thrust_map: ThrustMap,
+    networks: Mapping[str, RudderEmulator],
+    continued_by: RudderEmulator,
+    finer_cells: Cells = FINER_CELLS,
 ) -> tuple[dict[str, Any], TabulatedIndices]:
     """Everything as plain numbers, and the thrust map's indices of the paper's question.
 
     Args:
         networks: by name.
         continued_by: the one that continues the speeds where there is no envelope.
+        finer_cells: on which the thrust map answers beside the exact ones.
     """
     truth = rudder_grid.exact()
     exact, mapped = answers(truth, continued_by), answers(rudder_grid.mapped(truth.cells, thrust_map), continued_by)
-    finer = answers(rudder_grid.mapped(FINER_CELLS, thrust_map), continued_by)
+    finer = answers(rudder_grid.mapped(finer_cells, thrust_map), continued_by)
     by_networks = {name: of_network(truth, emulator) for name, emulator in networks.items()}
     questions = {}
     for question, indices in exact.items():
@@ -92,7 +96,7 @@ def results(
     weights = truth.cells.weights
     return {
         "cells": truth.cells._asdict(),
-        "finer_cells": FINER_CELLS._asdict(),
+        "finer_cells": finer_cells._asdict(),
         "without_envelope": float((weights * ~truth.has_envelope).sum() / weights.sum()),
         "questions": questions,
     }, finer[AS_IN_THE_PAPER]

@@ -4,6 +4,7 @@ Every model is a part of the results that is kept as soon as it is done, so that
 """
 
 import json
+import re
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -23,6 +24,7 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.files import writable_folder
 from gtm_fmu.progress import Advance
 from study.files import write_text
+from study.kept import Kept
 from study.progress import stages
 from study.research.adaptive_sampling import chosen_jams, refinements
 from study.research.envelope_models import (
@@ -99,41 +101,34 @@ def run(folder: Path, only: str | None = None, console: Console | None = None) -
     """Fit and measure every model, or those whose name holds ``only``, and return the results.
 
     Raises:
-        InputError: the folder cannot be written, holds results of another version, or no model has such a name.
+        InputError: the folder cannot be written, or no model has such a name.
     """
     folder = writable_folder(folder)
-    truth = off_lattice.load()
-    results = _kept(folder)
-
-    def keep(part: str, name: str, value: Any) -> None:
-        results.setdefault(part, {})[name] = value
-        write_text(json.dumps(results, indent=1, allow_nan=False), folder / RESULTS_FILE)
-
+    truth, kept = off_lattice.load(), Kept(folder)
     jobs = _jobs(folder, truth)
     wanted = {key: job for key, job in jobs.items() if only is None or only.lower() in " ".join(key).lower()}
     if not wanted:
         names = ", ".join(sorted({part for part, _ in jobs} | {name.split(",")[0] for _, name in jobs}))
         raise InputError(f"No model is named like {only!r}: give some of {names}.")
+    results: dict[str, Any] = {"provenance": provenance()}
     with stages(console or Console(stderr=True)) as stage:
-        for (part, name), job in wanted.items():
-            if name in results.get(part, {}):
-                continue
-            with stage(f"{name}"[:36]) as advance:
-                keep(part, name, job(advance))
+        for (part, name), job in jobs.items():
+            if (part, name) in wanted and kept.find(_file(part, name)) is None:
+                with stage(f"{name}"[:36]) as advance:
+                    kept.part(_file(part, name), partial(_found, job, advance))
+            if (values := kept.find(_file(part, name))) is not None:
+                results.setdefault(part, {})[name] = values["found"]
+    write_text(json.dumps(results, indent=1, allow_nan=False), folder / RESULTS_FILE)
     return results
 
 
-def _kept(folder: Path) -> dict[str, Any]:
-    path, made_by = folder / RESULTS_FILE, provenance()
-    if not path.exists():
-        return {"provenance": made_by}
-    try:
-        results = json.loads(path.read_text(encoding="utf-8"))
-        if results["provenance"] != made_by:
-            raise ValueError("it was made by another version or with other aerodynamic data")
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(f"{path} cannot be continued ({error}); remove it to begin anew.") from None
-    return results
+def _found(job: Callable[[Advance], Any], advance: Advance) -> dict[str, Any]:
+    return {"found": job(advance)}
+
+
+def _file(part: str, name: str) -> str:
+    """Name of the file that keeps a part."""
+    return re.sub(r"[^a-z0-9]+", "-", f"{part} {name}".lower()).strip("-")
 
 
 def _jobs(folder: Path, truth: OffLattice) -> dict[tuple[str, str], Callable[[Advance], Any]]:
@@ -173,17 +168,20 @@ def _jobs(folder: Path, truth: OffLattice) -> dict[tuple[str, str], Callable[[Ad
         jobs["models", name] = partial(surface, gaussian_process, solutions)
     jobs["models", "BR network 4-20-1, 4000 thrusts"] = partial(surface, partial(_bayesian, 20, 2, 200), 4000)
     jobs["curves", "thrust map, refined"] = map_curve
-    for name, chosen in (("lattice", _lattices), ("random", _first), ("sobol", _first), ("adaptive", _adaptive)):
+    curves: dict[str, Callable[..., list[OffLattice]]] = {
+        "lattice": partial(_lattices, folder),
+        "random": _first,
+        "sobol": _first,
+        "adaptive": _adaptive,
+    }
+    for name, chosen in curves.items():
         jobs["curves", f"jam map, {name}"] = partial(jam_curve, chosen, name)
     jobs |= {("other failures", failure): partial(_other, folder, failure) for failure in OTHER_FAILURES}
     return jobs
 
 
 def _lattice(folder: Path) -> OffLattice:
-    path = folder / "lattice.zarr"
-    if not path.exists():
-        dataset.save(dataset.lattice(), path)
-    return OffLattice(*dataset.samples(dataset.load(path)))
+    return OffLattice(*dataset.samples(dataset.solved(folder / "lattice.zarr", dataset.lattice())))
 
 
 def _measured(contender: Contender, sets: Mapping[str, OffLattice], truth: OffLattice) -> dict[str, Any]:
@@ -221,15 +219,16 @@ def _adaptive(sets: Mapping[str, OffLattice], name: str) -> list[OffLattice]:
     return [pool.take(order[:count]) for count in JAM_COUNTS]
 
 
-def _lattices(sets: Mapping[str, OffLattice], name: str) -> list[OffLattice]:
+def _lattices(folder: Path, sets: Mapping[str, OffLattice], name: str) -> list[OffLattice]:
     found = []
     for altitudes, gammas, jams in JAM_LATTICES:
         deflections = np.linspace(-30.0, 30.0, jams).tolist()
-        data = dataset.lattice(
+        table = dataset.lattice(
             np.linspace(*off_lattice.ALTITUDE_FT, altitudes).tolist(),
             np.linspace(*off_lattice.GAMMA_DEG, gammas).tolist(),
             [(deflection, deflection) for deflection in deflections],
         )
+        data = dataset.solved(folder / f"jam_lattice_{len(table)}.zarr", table)
         found.append(OffLattice(*dataset.samples(data)))
     return found
 

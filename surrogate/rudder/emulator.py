@@ -73,17 +73,19 @@ class RudderEmulator:
                 raise InputError(f"{place} holds networks of another model; give the folder `gtm-fmu study` wrote.")
         return cls(*networks)
 
-    def save(self, folder: str | Path) -> None:
-        """Write both networks into a folder.
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write both networks into a folder, and return their files.
 
         Raises:
             InputError: it cannot be written.
         """
+        files = [Path(folder) / name for name in (SPEEDS_FILE, THROTTLE_FILE)]
         try:
-            self.speeds.save(Path(folder) / SPEEDS_FILE)
-            self.throttle.save(Path(folder) / THROTTLE_FILE)
+            self.speeds.save(files[0])
+            self.throttle.save(files[1])
         except ValueError as error:
             raise InputError(str(error)) from None
+        return files
 
     def predict(self, cases: ArrayLike) -> EmulatedEnvelopes:
         """Envelopes of cases (n, 4): altitude in ft, gamma in deg, lower and upper limit of the rudder in deg.

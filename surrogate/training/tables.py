@@ -136,7 +136,6 @@ def _read_zarr(path: Path) -> Table | Lattice:
     import pandas as pd
     import xarray as xr
 
-    from gtm_fmu.datasets import lattice as dataset
     from gtm_fmu.datasets.export import frame
     from gtm_fmu.datasets.store import FINISHED, slices
 
@@ -153,8 +152,6 @@ def _read_zarr(path: Path) -> Table | Lattice:
                 "once more, which computes the rest."
             )
         return Table(path, whole, units)
-    if dataset.CHECKSUM in data.attrs:
-        data = dataset.load(path)
     counted = {str(d): xr.Variable((d,), np.arange(n)) for d, n in data.sizes.items() if d not in data.variables}
     variables = {labels[str(name)]: values.to_base_variable() for name, values in data.variables.items()}
     return Lattice(path, counted | variables, units)

@@ -1,8 +1,7 @@
-"""The lattice data set: its cases and units, written whole or not at all, and read back with the same values."""
+"""The lattice data set: its cases and units, and the view of its store."""
 
-import os
 import shutil
-import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,8 +18,13 @@ FAILURES = [(-30.0, 30.0), (8.0, 8.0), (-25.0, -18.0), (30.0, 30.0)]
 
 
 @pytest.fixture(scope="module")
-def lattice() -> xr.Dataset:
-    return dataset.lattice(ALTITUDES_FT, GAMMAS_DEG, FAILURES, workers=1)
+def store(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("lattice") / "lattice.zarr"
+
+
+@pytest.fixture(scope="module")
+def lattice(store) -> xr.Dataset:
+    return dataset.solved(store, dataset.lattice(ALTITUDES_FT, GAMMAS_DEG, FAILURES), workers=1)
 
 
 def test_the_lattice_of_the_paper():
@@ -65,11 +69,12 @@ def test_units_are_attributes(lattice):
     assert lattice.attrs["gtm_fmu_version"]
 
 
-def test_more_workers_give_the_same(lattice):
+def test_progress_and_workers(lattice, tmp_path):
     reports = []
-    again = dataset.lattice(ALTITUDES_FT, GAMMAS_DEG, FAILURES, lambda done, all_: reports.append((done, all_)), 2)
+    table = dataset.lattice(ALTITUDES_FT, GAMMAS_DEG, FAILURES)
+    again = dataset.solved(tmp_path / "a.zarr", table, lambda done, all_: reports.append((done, all_)), 2)
     xr.testing.assert_identical(again, lattice)
-    assert reports == [(k, 6) for k in range(1, 7)]
+    assert reports[-1] == (24, 24)
 
 
 def test_samples_follow_their_inputs(lattice):
@@ -106,141 +111,35 @@ def test_wrong_axes(altitudes, gammas, failures):
     assert "\n" not in str(told.value)
 
 
-def test_a_store_gives_back_what_was_saved(lattice, tmp_path):
-    path = tmp_path / "deep" / "lattice.zarr"
-    assert dataset.save(lattice, path) == path
-    xr.testing.assert_identical(dataset.load(path), lattice)
-    assert dataset.load(str(path)).feasible.dtype == bool
-
-
-def test_a_later_store_replaces_the_earlier_one(lattice, tmp_path):
+def test_a_store_of_another_lattice_is_replaced(lattice, store, tmp_path):
+    """And one of this lattice is only read."""
     path = tmp_path / "lattice.zarr"
-    dataset.save(lattice, path)
-    dataset.save(lattice.isel(gamma=[1]), path)
-    xr.testing.assert_identical(dataset.load(path), lattice.isel(gamma=[1]))
-    assert os.listdir(tmp_path) == ["lattice.zarr"]
+    shutil.copytree(store, path)
+    xr.testing.assert_identical(dataset.solved(path, dataset.lattice(ALTITUDES_FT, GAMMAS_DEG, FAILURES)), lattice)
+    assert (path / "v_min" / "c" / "0").stat().st_mtime_ns == (store / "v_min" / "c" / "0").stat().st_mtime_ns
+    smaller = dataset.solved(path, dataset.lattice(ALTITUDES_FT[:1], GAMMAS_DEG, FAILURES), workers=1)
+    np.testing.assert_array_equal(smaller.v_min, lattice.v_min.isel(altitude=[0]))
 
 
-@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError, OSError(28, "No space left on device")])
-def test_a_write_that_is_cut_off_leaves_the_earlier_store(lattice, tmp_path, monkeypatch, error):
-    path = tmp_path / "lattice.zarr"
-    dataset.save(lattice, path)
-    to_zarr = xr.Dataset.to_zarr
-
-    def cut_off(data, store, **options):
-        to_zarr(data[["v_min"]], store, **options)
-        raise error
-
-    monkeypatch.setattr(xr.Dataset, "to_zarr", cut_off)
-    expected = InputError if isinstance(error, OSError) else error
-    with pytest.raises(expected):
-        dataset.save(lattice.isel(gamma=[0]), path)
-    xr.testing.assert_identical(dataset.load(path), lattice)
-
-    monkeypatch.undo()
-    dataset.save(lattice.isel(gamma=[0]), path)
-    xr.testing.assert_identical(dataset.load(path), lattice.isel(gamma=[0]))
-    assert os.listdir(tmp_path) == ["lattice.zarr"]
-
-
-def test_a_folder_that_cannot_be_written(lattice, tmp_path):
-    (tmp_path / "file").write_text("no folder")
-    with pytest.raises(InputError, match=r"Cannot write .*file \(.*\); choose a folder you may write to\."):
-        dataset.save(lattice, tmp_path / "file" / "lattice.zarr")
-    if os.geteuid() == 0:
-        return  # root may write anywhere
-    tmp_path.chmod(0o500)
-    with pytest.raises(InputError, match="Permission denied"):
-        dataset.save(lattice, tmp_path / "lattice.zarr")
-
-
-@pytest.mark.parametrize("foreign", ["letters.zarr", "other.zarr", "file.zarr", "with_notes.zarr"])
-def test_nothing_but_an_earlier_store_is_replaced(lattice, tmp_path, foreign):
+@pytest.mark.parametrize("foreign", ["letters.zarr", "other.zarr", "file.zarr"])
+def test_nothing_but_a_store_is_replaced(lattice, tmp_path, foreign):
     path = tmp_path / foreign
     if foreign == "file.zarr":
         path.write_text("Dear")
     if foreign == "other.zarr":
-        lattice[["v_min"]].to_zarr(path, consolidated=False)
-    if foreign == "with_notes.zarr":
-        dataset.save(lattice, path)
-        (path / "notes.txt").write_text("mine")
+        lattice[["v_min"]].drop_attrs().to_zarr(path, consolidated=False)
     if foreign == "letters.zarr":
         path.mkdir()
         (path / "letter.txt").write_text("Dear")
     kept = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
-    with pytest.raises(InputError, match=r"is no data set of the study and is left as it is; choose another name\."):
-        dataset.save(lattice, path)
+    with pytest.raises(InputError, match=r"is no readable data set .*; make a new one elsewhere\."):
+        dataset.solved(path, dataset.lattice(ALTITUDES_FT, GAMMAS_DEG, FAILURES))
     assert {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()} == kept
 
 
-def test_a_link_to_a_store_stays_one(lattice, tmp_path):
-    link, target = tmp_path / "link.zarr", tmp_path / "target.zarr"
-    dataset.save(lattice.isel(gamma=[0]), target)
-    link.symlink_to(target)
-    dataset.save(lattice, link)
-    assert link.is_symlink()
-    xr.testing.assert_identical(dataset.load(target), lattice)
-
-
-def damage_nothing(path):
-    shutil.rmtree(path)
-
-
-def damage_metadata(path):
-    (path / "zarr.json").write_text("{")
-
-
-def damage_no_metadata(path):
-    (path / "zarr.json").unlink()
-
-
-def damage_variable(path):
-    shutil.rmtree(path / "v_max")
-
-
-def damage_chunk(path):
-    for file in path.rglob("*"):
-        if file.is_file() and file.name != "zarr.json":
-            file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
-
-
-def damage_to_a_file(path):
-    shutil.rmtree(path)
-    path.write_text("not a store")
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [damage_nothing, damage_metadata, damage_no_metadata, damage_variable, damage_chunk, damage_to_a_file],
-)
-def test_a_missing_or_damaged_store(lattice, tmp_path, damage):
-    path = tmp_path / "lattice.zarr"
-    dataset.save(lattice, path)
-    damage(path)
-    with pytest.raises(InputError, match=r"is no readable data set .*; make one with `gtm-fmu study`\."):
-        dataset.load(path)
-
-
-def test_a_lost_chunk_is_no_infeasible_case(lattice, tmp_path):
-    """Zarr reads a missing chunk as NaN, which would say that no envelope exists."""
-    path = tmp_path / "lattice.zarr"
-    dataset.save(lattice, path)
-    shutil.rmtree(path / "v_min" / "c")
-    with pytest.raises(InputError, match="is no readable data set"):
-        dataset.load(path)
-
-
-def test_two_lattices_at_once(lattice):
-    """The solver keeps no state: threads do not disturb each other."""
-    found = []
-    threads = [
-        threading.Thread(target=lambda: found.append(dataset.lattice(ALTITUDES_FT, GAMMAS_DEG, FAILURES, workers=2)))
-        for _ in range(2)
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for data in found:
-        xr.testing.assert_identical(data, lattice)
-    assert len(found) == 2
+def test_levels_in_any_order(tmp_path):
+    """The view follows the levels as they were given."""
+    data = dataset.solved(tmp_path / "a.zarr", dataset.lattice((20000.0, 0.0), (3.0, -3.0), [(0.0, 0.0)]), workers=1)
+    assert (data.altitude.values.tolist(), data.gamma.values.tolist()) == ([20000.0, 0.0], [3.0, -3.0])
+    exact = envelope(0.0, 3.0, ControlLimits(rudder_deg=(0.0, 0.0)))
+    assert float(data.v_max.sel(altitude=0.0, gamma=3.0).item()) == exact.v_max_kt

@@ -243,8 +243,8 @@ def test_left_and_right_are_alike_but_not_the_same(figure_3):
 
 
 @pytest.fixture(scope="module")
-def paper_lattice():
-    return dataset.lattice(workers=2)
+def paper_lattice(tmp_path_factory):
+    return dataset.solved(tmp_path_factory.mktemp("paper") / "lattice.zarr", dataset.lattice(), workers=2)
 
 
 def test_1044_cases_of_the_lattice_have_an_envelope(paper_lattice):

@@ -12,8 +12,6 @@ import pytest
 from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.datasets import lattice as dataset
 from gtm_fmu.datasets import results
-from gtm_fmu.datasets.axes import levels, limit_levels
-from gtm_fmu.datasets.cases import CaseTable
 from gtm_fmu.datasets.store import CaseStore
 from gtm_fmu.units import M_S_PER_KT
 from study.commands.cli import main
@@ -122,14 +120,13 @@ class TestTrain:
         assert method != "lm" or model.sizes == (2, 4, 3, 2)
 
     def test_data_sets_of_the_aircraft(self, command, tmp_path):
-        """A store of `gtm-fmu dataset` and a lattice of the study: the same columns, and none need be named."""
+        """A store of `gtm-fmu dataset` and arrays over its axes: the same columns, and none need be named."""
         jams = [(float(d), float(d)) for d in range(-5, 6)]
-        dataset.save(dataset.lattice((0.0, 9000.0), (-1.0, 1.0), jams), tmp_path / "lattice.zarr")
-        axes = [levels("altitude", (0.0, 9000.0)), levels("gamma", (-1.0, 1.0)), limit_levels("rudder", jams)]
-        cases = CaseTable.lattice(axes)
+        cases = dataset.lattice((0.0, 9000.0), (-1.0, 1.0), jams)
         CaseStore(tmp_path / "store.zarr", cases, {}).write(
             range(len(cases)), results.evaluate(cases.rows(0, len(cases)))
         )
+        dataset.view(tmp_path / "store.zarr").to_zarr(tmp_path / "lattice.zarr", consolidated=False)
         models = []
         for name in ("lattice", "store"):
             options = ["--method", "lolimot", "--splits", 1, "--output", tmp_path / "m.json"]
@@ -137,10 +134,10 @@ class TestTrain:
             models.append(load_model(tmp_path / "m.json"))
             assert (models[-1].inputs, models[-1].outputs) == (INPUTS, SPEEDS)
         assert models[0].provenance["data_sha256"] == models[1].provenance["data_sha256"]
-        shutil.rmtree(tmp_path / "lattice.zarr" / "v_max" / "c")  # lost chunks would read as NaN
-        code, _, error = command("train", tmp_path / "lattice.zarr", "--output", tmp_path / "m.json")
+        shutil.rmtree(tmp_path / "store.zarr" / "v_max" / "c")  # lost chunks would read as NaN
+        code, _, error = command("train", tmp_path / "store.zarr", "--output", tmp_path / "m.json")
         assert code == 2
-        assert "its values are not those that were written" in error
+        assert "the values are not those that were written" in error
 
     @pytest.mark.parametrize(
         ("arguments", "sentence"),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gtm_fmu.datasets import results
+from gtm_fmu.datasets.lattice import lattice
 from gtm_fmu.datasets.store import CaseStore
 from study.paper import lattice as paper_lattice
 from study.paper import published
@@ -19,7 +20,7 @@ ALL_CASES = {1: 336, 2: 264, 3: 440, 4: 72, 5: 120, 6: 1232}
 def store(tmp_path_factory):
     """A store of the lattice in which the envelopes are made up: a case has one unless its limits are both above 0."""
     path = tmp_path_factory.mktemp("paper") / "a.zarr"
-    table = paper_lattice.paper_lattice()
+    table = lattice()
     store = CaseStore(path, table, {"alpha_deg": [-5.0, 10.5], "phi_deg": [-30.0, 30.0]})
     for cases in store.unfinished():
         columns = {name: np.zeros(len(cases), dtype) for name, (dtype, _) in results.schema().items()}
@@ -30,7 +31,7 @@ def store(tmp_path_factory):
 
 def test_lattice_is_that_of_table_7():
     expected = set(product(*published.LATTICE_LEVELS.values()))
-    rows = paper_lattice.paper_lattice().rows(0, 10**6)[:, [0, 1, 6, 7]]
+    rows = lattice().rows(0, 10**6)[:, [0, 1, 6, 7]]
     assert {tuple(row) for row in rows} == {case for case in expected if case[2] <= case[3]}
 
 

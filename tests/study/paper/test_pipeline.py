@@ -3,27 +3,25 @@
 import io
 import json
 import re
+import shutil
 import sys
-from functools import partial
 from pathlib import Path
 
 import fmpy
 import matplotlib.image
 import numpy as np
 import pytest
-import xarray as xr
 from rich.console import Console
 
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.datasets import lattice as dataset
-from gtm_fmu.envelopes import maps as surveys
+from gtm_fmu.datasets import off_lattice
 from gtm_fmu.envelopes.envelope import envelope
 from gtm_fmu.errors import InputError
-from study.commands import cli
-from study.paper import comparisons, pipeline, rudder_sensitivity
+from study.paper import comparisons, pipeline
 from study.paper.rudder_grid import Cells
-from surrogate import Schedule
-from surrogate.rudder.emulator import RudderEmulator, train
+from study.paper.stages import STAGES, Sizes
+from surrogate.rudder.emulator import RudderEmulator
 
 pytestmark = pytest.mark.slow
 
@@ -34,41 +32,37 @@ PICTURES = {
 NETWORKS = {"rudder_speeds.json", "rudder_throttle.json"}
 FMUS = {"GtmDynamics.fmu", "GtmSurrogate.fmu"}
 PROMISED = {*PICTURES, *NETWORKS, *FMUS, "envelopes.zarr", "results.json", "results.md"}
-AFTER_THE_NETWORKS = {
-    "GtmSurrogate.fmu",
-    "emulator_jams.png",
-    "indices.png",
-    "failures.png",
-    "results.json",
-    "results.md",
-}
 ALTITUDES_FT, GAMMAS_DEG, RUDDERS_DEG = (0.0, 20000.0), (-4.0, 0.0, 4.0), (-20.0, 0.0, 20.0)
-TRIMS, CASES, EPOCHS, ROUNDS = 6, 6, 5, 2
+TRIMS, EPOCHS, ROUNDS = 6, 5, 2
+
+
+SMALL = Sizes(
+    altitudes_ft=ALTITUDES_FT,
+    gammas_deg=GAMMAS_DEG,
+    rudders_deg=RUDDERS_DEG,
+    trims=TRIMS,
+    jams_deg=(0.0, 30.0),
+    volume_gammas_deg=(-5.0, 5.0),
+    map_altitudes_ft=(0.0, 30000.0),
+    map_gammas_deg=(-5.0, 5.0),
+    map_jam_step_deg=20.0,
+    limit_step_deg=20.0,
+    rounds=ROUNDS,
+    hidden=3,
+    epochs=EPOCHS,
+    finer_cells=Cells(4, 4, 12),
+)
+
+
+def quietly(folder: Path, **options) -> dict:
+    return pipeline.run(folder, 1, console=Console(file=io.StringIO()), sizes=SMALL, **options)
 
 
 @pytest.fixture(scope="module")
-def small():
-    """The same study with fewer cases, trims, rounds, epochs and rows."""
-    failures = dataset.rudder_failures(RUDDERS_DEG)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(dataset, "lattice", partial(dataset.lattice, ALTITUDES_FT, GAMMAS_DEG, failures))
-        patch.setattr(pipeline, "train", partial(train, rounds=ROUNDS, hidden=3, schedule=Schedule(epochs=EPOCHS)))
-        patch.setattr(comparisons, "TRIMS", TRIMS)
-        patch.setattr(comparisons, "OFF_LATTICE_CASES", CASES)
-        patch.setattr(rudder_sensitivity, "FINER_CELLS", Cells(4, 4, 12))
-        patch.setattr(comparisons, "FIG_3_JAMS_DEG", (0.0, 30.0))
-        patch.setattr(surveys, "GAMMAS_DEG", (-5.0, 5.0))
-        patch.setattr(surveys, "ALTITUDES_FT", (0.0, 30000.0))
-        patch.setattr(surveys, "JAM_STEP", 20.0)
-        patch.setattr(surveys, "limit_surface", partial(surveys.limit_surface, step=20.0))
-        yield
-
-
-@pytest.fixture(scope="module")
-def folder(small, tmp_path_factory) -> Path:
+def folder(tmp_path_factory) -> Path:
     """What a run leaves."""
     folder = tmp_path_factory.mktemp("study") / "new"
-    pipeline.run(folder, seed=1, console=Console(file=io.StringIO()))
+    quietly(folder)
     return folder
 
 
@@ -101,13 +95,13 @@ class TestFiles:
             assert min(pixels.shape[:2]) > 300
             assert pixels[..., :3].std() > 0.02, f"{path.name} is blank"
 
-    def test_fmus(self, folder, results):
-        assert set(results["fmus"]) == FMUS
+    def test_fmus(self, folder):
+        assert {path.name for path in folder.glob("*.fmu")} == FMUS
         for name in FMUS:
             assert f"{fmpy.read_model_description(folder / name).modelName}.fmu" == name
 
     def test_data_set(self, folder):
-        data = dataset.load(folder / "envelopes.zarr")
+        data = dataset.view(folder / "envelopes.zarr")
         assert dict(data.sizes) == {"altitude": 2, "gamma": 3, "failure": 6}
         assert sorted(set(data.rudder_lower.values)) == list(RUDDERS_DEG)
         exact = envelope(20000, -4, ControlLimits(rudder_deg=(0, 20)))
@@ -127,12 +121,11 @@ class TestFiles:
 
 class TestResults:
     def test_counts(self, folder, results):
-        data = xr.open_zarr(folder / "envelopes.zarr", consolidated=False)
+        data = dataset.view(folder / "envelopes.zarr")
         assert results["envelopes"] == {"cases": 36, "feasible": int(data.feasible.sum())}
         assert results["networks"]["samples"] == results["envelopes"]["feasible"]
         assert results["trims"]["trims"] == TRIMS
-        assert results["off_lattice"]["cases"] == CASES
-        assert 0 < results["off_lattice"]["compared"] <= results["off_lattice"]["feasible"] <= CASES
+        assert results["off_lattice"]["the paper's networks"]["all"]["cases"] == off_lattice.CASES
 
     def test_methods_agree(self, results):
         """Issues 5 and 8: both trims to 1e-6, the FMU as its network."""
@@ -162,30 +155,58 @@ class TestResults:
 
 
 class TestAgain:
-    def stop(self, *_):
-        raise KeyboardInterrupt
-
-    def test_stopped_and_run_again(self, small, folder, tmp_path, monkeypatch):
+    def test_stopped_and_run_again(self, folder, tmp_path, monkeypatch):
         """A run that is stopped leaves what was finished; the next one ends with the same bytes as one in peace."""
-        with monkeypatch.context() as patch:
-            patch.setattr(comparisons, "compare_emulator", self.stop)
-            with pytest.raises(KeyboardInterrupt):
-                pipeline.run(tmp_path, seed=1, console=Console(file=io.StringIO()))
-        assert names(tmp_path) == names(folder) - AFTER_THE_NETWORKS
-        for name in NETWORKS:
-            assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 
-        monkeypatch.setattr(sys, "argv", ["gtm-fmu", "study", "--output", str(tmp_path), "--seed", "1", "--json"])
-        printed = io.StringIO()
-        monkeypatch.setattr(sys, "stdout", printed)
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        assert end.value.code == 0
+        def stop(*_):
+            raise KeyboardInterrupt
+
+        with monkeypatch.context() as patch:
+            patch.setattr(comparisons, "speeds_over_jams", stop)
+            with pytest.raises(KeyboardInterrupt):
+                quietly(tmp_path)
+        before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir() if path.is_file()}
+        told = json.loads((tmp_path / "results.json").read_text())
+        assert told.keys() == {"trims", "envelopes", "surrogate_fmu", "thrust_map"}
+        quietly(tmp_path)
         assert names(tmp_path) == names(folder)
-        for name in names(folder) - {"envelopes.zarr", "volume.html"}:  # plotly draws a new id each time
+        for name in ("GtmDynamics.fmu", "envelope_jams.png", "volume.html"):
+            assert (tmp_path / name).stat().st_mtime_ns == before[tmp_path / name], name
+        for name in names(folder) - {"envelopes.zarr", "volume.html", "parts"}:  # plotly draws a new id each time
             assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
-        assert dataset.load(tmp_path / "envelopes.zarr").identical(dataset.load(folder / "envelopes.zarr"))
-        assert json.loads(printed.getvalue()) == json.loads((folder / "results.json").read_text())
+        for part in (folder / "parts").iterdir():
+            values = [json.loads(path.read_text())["values"] for path in (part, tmp_path / "parts" / part.name)]
+            assert values[0] == values[1]
+        assert dataset.view(tmp_path / "envelopes.zarr").identical(dataset.view(folder / "envelopes.zarr"))
+
+    def test_only_what_changed_is_done_again(self, folder, tmp_path):
+        """A file that was lost brings its stage back, another seed all of them."""
+        shutil.copytree(folder, tmp_path / "copy")
+        (tmp_path / "copy" / "limits.png").unlink()
+        before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "copy" / "parts").iterdir()}
+        quietly(tmp_path / "copy")
+        after = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "copy" / "parts").iterdir()}
+        assert {name for name, time in after.items() if time != before[name]} == {"limits.json"}
+        assert (tmp_path / "copy" / "limits.png").exists()
+
+    def test_only(self, tmp_path):
+        """A stage comes with what it needs, and the results are those of the finished ones."""
+        found = quietly(tmp_path, only=["networks"])
+        assert found.keys() == {"envelopes", "networks", "off_lattice"}
+        assert "Lattice cases" in (tmp_path / "results.md").read_text()
+
+    @pytest.mark.parametrize(
+        ("options", "sentence"),
+        [({"only": ["oracle"]}, "There is no stage 'oracle': give some of trims"), ({"level": "x"}, "no level 'x'")],
+    )
+    def test_what_is_not_there(self, tmp_path, options, sentence):
+        with pytest.raises(InputError, match=sentence):
+            quietly(tmp_path / "study", **options)
+        assert not (tmp_path / "study").exists()
+
+    def test_list(self, ask):
+        lines = ask("study", "--list").out.splitlines()
+        assert [line.split()[0] for line in lines] == [stage.name for stage in STAGES]
 
 
 def test_without_torch(tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 import json
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -73,7 +74,7 @@ def test_a_part_is_computed_once_and_kept(comparison, folder):
     assert comparison.networks("levenberg_marquardt", 1, pytest.fail) == first
     assert path.read_bytes() == before
     kept = json.loads(before)
-    for useless in (json.dumps(kept | {"lattice": "of another run"}), before[:100].decode()):
+    for useless in (json.dumps(kept | {"key": "of another run"}), before[:100].decode()):
         path.write_text(useless)
         assert comparison.networks("levenberg_marquardt", 1, nothing)["mse_independent"] == first["mse_independent"]
         assert path.read_bytes() == before
@@ -92,9 +93,13 @@ def test_errors_are_those_of_the_part(comparison):
 def test_tables_and_figures_of_a_whole_run(comparison, monkeypatch):
     """With few neurons tried and few models grown; the numbers in the tables are those of the parts."""
     pictures = []
-    monkeypatch.setattr("study.paper.protocol.save_figure", lambda figure, path: pictures.append(path.stem))
-    monkeypatch.setattr("study.paper.protocol.NEURONS", (1, 2))
-    monkeypatch.setattr("study.paper.protocol.NEURON_ITERATIONS", 2)
+
+    def noted(figure, path):
+        pictures.append(path.stem)
+        path.touch()
+
+    monkeypatch.setattr("study.paper.protocol.save_figure", noted)
+    comparison = replace(comparison, neuron_counts=(1, 2), neuron_iterations=2)
     monkeypatch.setattr(
         "surrogate.training.local_selection.LocalSettings", lambda local_model: LocalSettings(local_model, max_models=3)
     )
