@@ -32,6 +32,7 @@ from gtm_fmu.airframe.names import PHI, RUDDER, STATES, TRIM_UNKNOWNS, V
 from gtm_fmu.airframe.steady_manoeuvre import steady_manoeuvre
 from gtm_fmu.core import solver
 from gtm_fmu.datasets import lattice as dataset
+from gtm_fmu.datasets import paper
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.grid import envelope_grid
 from gtm_fmu.trims import manoeuvre
@@ -196,11 +197,11 @@ def masks(workers: int) -> int:
     """Number of trims in all grids of 1 kn x 1 deg/s of the paper's lattice, with stability and controllability."""
 
     def points(condition: tuple[float, float]) -> int:
-        failures = (ControlLimits(rudder_deg=limits) for limits in dataset.rudder_failures(dataset.PAPER_RUDDERS_DEG))
+        failures = (ControlLimits(rudder_deg=limits) for limits in dataset.rudder_failures(paper.RUDDERS_DEG))
         grids = (envelope_grid(FlightCondition(*condition, limits)) for limits in failures)
         return sum(int(np.count_nonzero(grid.feasible)) for grid in grids)
 
-    conditions = [(h, gamma) for h in dataset.PAPER_ALTITUDES_FT for gamma in dataset.PAPER_GAMMAS_DEG]
+    conditions = [(h, gamma) for h in paper.ALTITUDES_FT for gamma in paper.GAMMAS_DEG]
     with ThreadPoolExecutor(workers) as pool:
         return sum(pool.map(points, conditions))
 

@@ -11,14 +11,10 @@ import numpy as np
 import xarray as xr
 
 from gtm_fmu.aircraft.ranges import Range
+from gtm_fmu.datasets import paper
 from gtm_fmu.datasets.axes import failure_levels, levels, limit_levels
 from gtm_fmu.datasets.cases import CaseTable
 from gtm_fmu.datasets.store import slices
-
-PAPER_ALTITUDES_FT = (0.0, 10000.0, 20000.0, 30000.0)
-PAPER_GAMMAS_DEG = tuple(float(gamma) for gamma in range(-5, 6))
-PAPER_RUDDERS_DEG = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
-"""Levels of the paper's lattice (paper Table 7)."""
 
 DIMENSIONS = ("altitude", "gamma", "failure")
 
@@ -29,8 +25,8 @@ def rudder_failures(levels_deg: Iterable[float]) -> list[Range]:
 
 
 def lattice(
-    altitudes_ft: Sequence[float] = PAPER_ALTITUDES_FT,
-    gammas_deg: Sequence[float] = PAPER_GAMMAS_DEG,
+    altitudes_ft: Sequence[float] = paper.ALTITUDES_FT,
+    gammas_deg: Sequence[float] = paper.GAMMAS_DEG,
     failures: Sequence[Range] | None = None,
 ) -> CaseTable:
     """Every altitude, flight-path angle and rudder failure: by default the 1232 cases of the paper's Table 7.
@@ -41,7 +37,7 @@ def lattice(
     Raises:
         InputError: an empty axis, or a level outside what is allowed.
     """
-    failures = rudder_failures(PAPER_RUDDERS_DEG) if failures is None else list(failures)
+    failures = rudder_failures(paper.RUDDERS_DEG) if failures is None else list(failures)
     return CaseTable.lattice(
         [levels("altitude", altitudes_ft), levels("gamma", gammas_deg), limit_levels("rudder", failures)]
     )

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gtm_fmu.aircraft.ranges import WIDEST
+from gtm_fmu.datasets import paper
 from gtm_fmu.datasets.axes import limits_span, span
 from gtm_fmu.datasets.cases import CaseTable, Sampling
 from gtm_fmu.errors import InputError
@@ -23,8 +24,6 @@ CALIBRATION_CASES, CALIBRATION_SEED = 1536, 7
 """Further cases, to choose the tolerances of a model by."""
 FURTHER_CASES, FURTHER_SEED = 4000, 2027
 """Further cases, which no model was fitted, chosen or calibrated by."""
-ALTITUDE_FT, GAMMA_DEG = (0.0, 30000.0), (-5.0, 5.0)
-"""The paper's ranges."""
 PARTS = ("restrictions", "jams", "all")
 LEVEL, DEVIATIONS = 0.95, 1.96
 """Share of the errors inside an interval of so many standard deviations to both sides."""
@@ -40,8 +39,8 @@ def case_table(
 ) -> CaseTable:
     """Altitudes, flight paths and limits of some controls by a seed; of each control a share are jams."""
     axes = (
-        span("altitude", *ALTITUDE_FT),
-        span("gamma", *GAMMA_DEG),
+        span("altitude", *paper.ALTITUDE_FT),
+        span("gamma", *paper.GAMMA_DEG),
         *(limits_span(control, *WIDEST[f"{control}_deg"], jam_share) for control in controls),
     )
     return CaseTable.sampled(axes, sampling, cases, seed)

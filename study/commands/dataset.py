@@ -13,12 +13,13 @@ from rich.table import Table
 
 from gtm_fmu.aircraft.inputs import LIMITED, QUANTITIES, EngineOut
 from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG
+from gtm_fmu.datasets import paper
 from gtm_fmu.datasets.axes import Axis, check_count, choices, failure_levels, levels, limit_levels, limits_span, span
 from gtm_fmu.datasets.cases import CaseTable, Sampling
 from gtm_fmu.errors import InputError
 from study.commands.options import DAMAGE_CASES, ENGINES, SETTINGS, Option, Pair, pair, takes
 
-RANGES: dict[str, Pair] = {"altitude": (0.0, 30000.0), "gamma": (-5.0, 5.0)}
+RANGES: dict[str, Pair] = {"altitude": paper.ALTITUDE_FT, "gamma": paper.GAMMA_DEG}
 """Where nothing else is given: the paper's ranges."""
 CASES = 1000
 _MANY = "Once for each of several."

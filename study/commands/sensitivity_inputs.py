@@ -41,7 +41,7 @@ def described_inputs(
             raise InputError(f"Ranges of the rudder are not for '{model}': give --distribution or --input.")
         return None
     from gtm_fmu.aircraft.ranges import WIDEST
-    from gtm_fmu.datasets.off_lattice import ALTITUDE_FT, GAMMA_DEG
+    from gtm_fmu.datasets.paper import ALTITUDE_FT, GAMMA_DEG
 
     defaults = ALTITUDE_FT, GAMMA_DEG, WIDEST["rudder_deg"]
     altitude, gamma, rudder = (list(given or default) for given, default in zip(ranges.values(), defaults, strict=True))

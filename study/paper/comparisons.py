@@ -11,7 +11,8 @@ from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.core import solver
-from gtm_fmu.datasets.off_lattice import ALTITUDE_FT, GAMMA_DEG, Surrogate
+from gtm_fmu.datasets.off_lattice import Surrogate
+from gtm_fmu.datasets.paper import ALTITUDE_FT, GAMMA_DEG
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.family import EnvelopeFamily, envelope_family
 from gtm_fmu.progress import Advance

@@ -22,7 +22,7 @@ import sensitivity
 from gtm_fmu.aircraft.inputs import CHOICES, INPUTS, LIMITED, Column, limit_columns
 from gtm_fmu.airframe.names import CONTROLS
 from gtm_fmu.datasets.cases import GivenCases
-from gtm_fmu.datasets.off_lattice import ALTITUDE_FT, GAMMA_DEG
+from gtm_fmu.datasets.paper import ALTITUDE_FT, GAMMA_DEG
 from gtm_fmu.errors import InputError
 from sensitivity.redraw_ratios import RedrawRatios
 from study.paper.rudder_grid import RESULTS, write_arrays

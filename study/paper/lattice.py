@@ -5,20 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from gtm_fmu.datasets.lattice import PAPER_GAMMAS_DEG, PAPER_RUDDERS_DEG, lattice
+from gtm_fmu.datasets import paper
+from gtm_fmu.datasets.lattice import lattice
 from gtm_fmu.datasets.store import slices
 from study.paper import published
 
 
-def _members(gamma: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> dict[int, np.ndarray]:
-    """Which cases belong to each of the paper's six data sets."""
-    members = {}
-    for number, fewer in published.DATA_SET_LEVELS.items():
-        inside = np.isin(gamma, fewer.get("gamma_deg", PAPER_GAMMAS_DEG))
-        for limit in (lower, upper):
-            inside &= np.isin(limit, fewer.get("rudder_deg", PAPER_RUDDERS_DEG))
-        members[number] = inside
-    return members
+def members(data_set: int, gamma: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Which cases (n), by flight path and rudder limits in deg (n), belong to one of the paper's six data sets."""
+    fewer = paper.DATA_SETS[data_set]
+    inside = np.isin(gamma, fewer.get("gamma_deg", paper.GAMMAS_DEG))
+    for limit in (lower, upper):
+        inside &= np.isin(limit, fewer.get("rudder_deg", paper.RUDDERS_DEG))
+    return inside
 
 
 def counts(store: str | Path) -> list[dict[str, Any]]:
@@ -35,7 +34,8 @@ def counts(store: str | Path) -> list[dict[str, Any]]:
             "feasible": int(feasible[inside].sum()),
             "paper": published.TRAINING_SAMPLES[number],
         }
-        for number, inside in _members(gamma, lower, upper).items()
+        for number in paper.DATA_SETS
+        for inside in [members(number, gamma, lower, upper)]
     ]
 
 
@@ -46,8 +46,7 @@ def contradiction() -> str:
     three flight-path angles in data set 1; taking 2 and 3 from 6, and 4 and 5 from 1, leaves these pairs.
     """
     gamma, lower, upper = lattice().rows(0, len(lattice()))[:, [1, 6, 7]].T
-    members = _members(gamma, lower, upper)
-    left_out = {k: int(inside.sum()) - published.TRAINING_SAMPLES[k] for k, inside in members.items()}
+    left_out = {k: int(members(k, gamma, lower, upper).sum()) - published.TRAINING_SAMPLES[k] for k in paper.DATA_SETS}
     everywhere, at_three = left_out[6] - left_out[2] - left_out[3], left_out[1] - left_out[4] - left_out[5]
     return (
         "The paper's six counts contradict each other: of the pairs with one limit from data set 2 and one from data "

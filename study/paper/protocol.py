@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from gtm_fmu.datasets import off_lattice
+from gtm_fmu.datasets import off_lattice, paper
 from gtm_fmu.progress import Advance
 from study.files import save_figure
 from study.kept import Kept
 from study.paper import protocol_figures, published
+from study.paper.lattice import members
 from surrogate import Schedule, Selection, Split, select_network, split_samples
 from surrogate.plots import (
     plot_error_histogram,
@@ -49,12 +50,7 @@ class Lattice:
 
     def members(self, data_set: int) -> np.ndarray:
         """Which cases (N,) belong to one of the paper's six data sets (Tables 7-12)."""
-        fewer = published.DATA_SET_LEVELS[data_set]
-        inside = np.ones(len(self.X), dtype=bool)
-        for column, name in ((1, "gamma_deg"), (2, "rudder_deg"), (3, "rudder_deg")):
-            if name in fewer:
-                inside &= np.isin(self.X[:, column], fewer[name])
-        return inside
+        return members(data_set, *self.X[:, 1:].T)
 
     def corners(self, rows: np.ndarray) -> list[int]:
         """Which of the rows are the lattice's corner: sea level, steepest descent, rudder jammed hard over."""
@@ -196,7 +192,7 @@ def run(protocol: Protocol, splits: int, data_set_splits: int, stage: Callable) 
         with stage(f"Local model networks, split {seed + 1}") as advance:
             local.append(protocol.local_models(seed, advance))
     data_sets: dict[int, list[dict[str, Any]]] = {}
-    for data_set in published.DATA_SET_LEVELS:
+    for data_set in paper.DATA_SETS:
         data_sets[data_set] = []
         for seed in range(data_set_splits):
             with stage(f"Data set {data_set}, split {seed + 1}") as advance:

@@ -1,17 +1,19 @@
-"""Numbers printed in the paper, for comparison only; nothing is computed from them.
+"""Results printed in the paper, for comparison only; nothing is computed from them (levels: `gtm_fmu.datasets.paper`).
 
 "Investigating the Generalization Capability and Performance of Neural Networks and Neuro-Fuzzy Systems for Nonlinear
 Dynamics Modeling of Impaired Aircraft". MSE is of targets scaled to 0..1 (section III-D), averaged over V_min and V_max
 (eq. 11). Names of inputs and outputs are this project's.
 """
 
+from gtm_fmu.datasets import paper
+
 LATTICE_LEVELS = {
-    "altitude_ft": (0.0, 10000.0, 20000.0, 30000.0),
-    "gamma_deg": (-5.0, -4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0),
-    "rudder_lower_deg": (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0),
-    "rudder_upper_deg": (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0),
+    "altitude_ft": paper.ALTITUDES_FT,
+    "gamma_deg": paper.GAMMAS_DEG,
+    "rudder_lower_deg": paper.RUDDERS_DEG,
+    "rudder_upper_deg": paper.RUDDERS_DEG,
 }
-"""Table 7: levels of the data set; pairs with lower <= upper."""
+"""Table 7: levels of the data set by input; pairs with lower <= upper."""
 
 ENVELOPES_3D = 112
 """Section III-C: altitudes times failure cases."""
@@ -27,16 +29,6 @@ TRAINING_ROUNDS = 20
 
 TRAINING_SAMPLES = {1: 260, 2: 261, 3: 344, 4: 71, 5: 88, 6: 1102}
 """Table 14: data set -> samples; 6 is the whole one."""
-
-DATA_SET_LEVELS: dict[int, dict[str, tuple[float, ...]]] = {
-    1: {"gamma_deg": (-5.0, 0.0, 5.0)},
-    2: {"rudder_deg": (-20.0, 0.0, 20.0)},
-    3: {"rudder_deg": (-30.0, -10.0, 10.0, 30.0)},
-    4: {"gamma_deg": (-5.0, 0.0, 5.0), "rudder_deg": (-20.0, 0.0, 20.0)},
-    5: {"gamma_deg": (-5.0, 0.0, 5.0), "rudder_deg": (-30.0, -10.0, 10.0, 30.0)},
-    6: {},
-}
-"""Tables 8-12, section III-E: data set -> levels where fewer than `LATTICE_LEVELS`; both limits take the rudder's."""
 
 MSE_ANN = {1: 1.1746e-3, 2: 1.7366e-3, 3: 2.4953e-4, 4: 5.7781e-3, 5: 1.5934e-3, 6: 9.4251e-5}
 """Table 14: data set -> independent-test MSE of the best neural network (Bayesian regularisation for the whole set)."""

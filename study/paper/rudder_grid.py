@@ -21,7 +21,7 @@ from rich.console import Console
 from gtm_fmu.aircraft.ranges import WIDEST, Range
 from gtm_fmu.datasets.axes import levels, limit_levels
 from gtm_fmu.datasets.cases import CaseTable
-from gtm_fmu.datasets.off_lattice import ALTITUDE_FT, GAMMA_DEG
+from gtm_fmu.datasets.paper import ALTITUDE_FT, GAMMA_DEG
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import write_whole

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from fmu_src.fmus import build_fmu
 from gtm_fmu.datasets import lattice as lattices
-from gtm_fmu.datasets import off_lattice
+from gtm_fmu.datasets import off_lattice, paper
 from gtm_fmu.envelopes import maps
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.thrust_map import ThrustMap
@@ -33,9 +33,9 @@ LEVELS = ("quick", "paper", "full")
 class Sizes:
     """How large the stages are: by default as in the paper."""
 
-    altitudes_ft: tuple[float, ...] = lattices.PAPER_ALTITUDES_FT
-    gammas_deg: tuple[float, ...] = lattices.PAPER_GAMMAS_DEG
-    rudders_deg: tuple[float, ...] = lattices.PAPER_RUDDERS_DEG
+    altitudes_ft: tuple[float, ...] = paper.ALTITUDES_FT
+    gammas_deg: tuple[float, ...] = paper.GAMMAS_DEG
+    rudders_deg: tuple[float, ...] = paper.RUDDERS_DEG
     trims: int = 200
     jams_deg: tuple[float, ...] = comparisons.FIG_3_JAMS_DEG
     volume_gammas_deg: tuple[float, ...] = maps.GAMMAS_DEG

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.datasets import lattice as dataset
-from gtm_fmu.datasets import off_lattice
+from gtm_fmu.datasets import off_lattice, paper
 from gtm_fmu.datasets.off_lattice import OffLattice, measured
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.envelopes.thrust_survey import Nodes, survey
@@ -224,8 +224,8 @@ def _lattices(folder: Path, sets: Mapping[str, OffLattice], name: str) -> list[O
     for altitudes, gammas, jams in JAM_LATTICES:
         deflections = np.linspace(-30.0, 30.0, jams).tolist()
         table = dataset.lattice(
-            np.linspace(*off_lattice.ALTITUDE_FT, altitudes).tolist(),
-            np.linspace(*off_lattice.GAMMA_DEG, gammas).tolist(),
+            np.linspace(*paper.ALTITUDE_FT, altitudes).tolist(),
+            np.linspace(*paper.GAMMA_DEG, gammas).tolist(),
             [(deflection, deflection) for deflection in deflections],
         )
         data = dataset.solved(folder / f"jam_lattice_{len(table)}.zarr", table)

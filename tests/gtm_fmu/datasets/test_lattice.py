@@ -9,6 +9,7 @@ import xarray as xr
 
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.datasets import lattice as dataset
+from gtm_fmu.datasets import paper
 from gtm_fmu.envelopes.envelope import envelope
 from gtm_fmu.errors import InputError
 
@@ -29,13 +30,13 @@ def lattice(store) -> xr.Dataset:
 
 def test_the_lattice_of_the_paper():
     """4 altitudes, 11 flight-path angles (paper Table 7), 7 jams and 21 restrictions: 1232 cases."""
-    failures = dataset.rudder_failures(dataset.PAPER_RUDDERS_DEG)
+    failures = dataset.rudder_failures(paper.RUDDERS_DEG)
     assert len(failures) == len(set(failures)) == 28
     assert sum(lower == upper for lower, upper in failures) == 7
     assert all(-30 <= lower <= upper <= 30 for lower, upper in failures)
-    assert dataset.PAPER_ALTITUDES_FT == (0, 10000, 20000, 30000)
-    assert list(dataset.PAPER_GAMMAS_DEG) == list(range(-5, 6))
-    assert len(dataset.PAPER_ALTITUDES_FT) * len(dataset.PAPER_GAMMAS_DEG) * len(failures) == 1232
+    assert paper.ALTITUDES_FT == (0, 10000, 20000, 30000)
+    assert list(paper.GAMMAS_DEG) == list(range(-5, 6))
+    assert len(paper.ALTITUDES_FT) * len(paper.GAMMAS_DEG) * len(failures) == 1232
 
 
 def test_every_case_is_the_envelope_of_its_coordinates(lattice):

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from gtm_fmu.datasets import results
+from gtm_fmu.datasets import paper, results
 from gtm_fmu.datasets.lattice import lattice
 from gtm_fmu.datasets.store import CaseStore
 from study.paper import lattice as paper_lattice
@@ -60,7 +60,7 @@ def test_levels_are_in_the_paper(shared_folder):
     def printed(levels) -> str:
         return re.escape(", ".join(f"{level:g}" for level in levels))
 
-    levels = published.DATA_SET_LEVELS
+    levels = paper.DATA_SETS
     for table, number in ((9, 2), (10, 3)):
         rows = text[text.index(f"TABLE {table}. Input") :][:400]
         assert len(re.findall(rf"\[{printed(levels[number]['rudder_deg'])}\]", rows)) == 2
