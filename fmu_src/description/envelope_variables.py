@@ -9,14 +9,14 @@ from fmu_src.description.model_description import ModelDescription, Variable
 from fmu_src.description.surrogate_variables import CASE, ENVELOPE, FLAGS, MARGINS, SPEED
 from gtm_fmu import units
 from gtm_fmu.aircraft.failures import Failure
-from gtm_fmu.airframe.names import FAILURE
+from gtm_fmu.airframe.names import FAILURE, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.trims.manoeuvre import bounds
 
 REVERSED = "The rudder limits are reversed: rudder.lower is above rudder.upper."
 ENVELOPE_FAULTS = ("", "The outputs are not finite.", REVERSED)
 """By fault, as in envelope_model.c."""
 
-MEMORY = 1 + len(CASE) + 1 + len(FAILURE) + 3
+MEMORY = 1 + len(CASE) + 1 + len(FAILURE) + 2 * len(TWO_THROTTLE_UNKNOWNS)
 """Numbers that envelope_model.c keeps (its ``Place``)."""
 
 USAGE = (

@@ -22,9 +22,9 @@ int model_outputs(const double x[], const double u[], const double values[], dou
     return fault;
 }
 
-int model_jacobian(const double x[], const double u[], const double values[], double jacobian[])
+int model_jacobian(const double x[], const double u[], const double values[], double memory[], double jacobian[])
 {
-    (void)values;
+    (void)values, (void)memory;
     double dx[N_STATES], y[N_OUTPUTS];
     const int fault = gtm_state_fault(x);
     if (fault) return fault;

@@ -1,6 +1,7 @@
 /* V_min and V_max of a flight condition after a failure, by the core, and how far a speed is inside. */
 #include <string.h>
 
+#include "generated/unknowns.h"
 #include "gtm_failure.h"
 #include "model.h"
 
@@ -13,9 +14,10 @@ enum { CASE = sizeof(gtm_failure_case) / sizeof(double), FAILURE = IN(TAS) + 1, 
 typedef char the_speed_is_between[CASE == IN(TAS) ? 1 : -1];
 typedef char inputs_fit[FAILURE + N_FAILURE == N_INPUTS ? 1 : -1];
 
-/* Places in the memory: the inputs last asked for, and what they gave. */
-typedef enum { IS_FILLED, ASKED, LOWEST = ASKED + N_INPUTS, HIGHEST, EXISTS, END } Place;
+/* Places in the memory: the inputs last asked for, and the trims at both ends that they gave. */
+typedef enum { IS_FILLED, ASKED, ENDS = ASKED + N_INPUTS, END = ENDS + 2 * GTM_TWO_THROTTLE_NT } Place;
 typedef char memory_fits[(int)END == (int)N_MEMORY ? 1 : -1];
+typedef double Trim[GTM_TWO_THROTTLE_NT];
 
 /* Whether nothing but the speed has changed. */
 static int is_known(const double memory[], const double u[])
@@ -24,32 +26,54 @@ static int is_known(const double memory[], const double u[])
            !memcmp(memory + ASKED + FAILURE, u + FAILURE, N_FAILURE * sizeof *u);
 }
 
+/* Find the ends if they are not known yet. */
 static int find(const double u[], double memory[])
 {
-    double speed[2];
-    int exists;
+    if (is_known(memory, u)) return 0;
     const int fault = gtm_failure_envelope((const gtm_failure_case *)u, (const gtm_failure *)(u + FAILURE), model_lower,
-                                           model_upper, speed, &exists);
-    if (fault) return fault;
-    memory[LOWEST] = speed[0];
-    memory[HIGHEST] = speed[1];
-    memory[EXISTS] = exists;
+                                           model_upper, (Trim *)(memory + ENDS));
+    memory[IS_FILLED] = !fault;
     memcpy(memory + ASKED, u, N_INPUTS * sizeof *u);
-    memory[IS_FILLED] = 1;
-    return 0;
+    return fault;
 }
 
 int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
 {
     (void)x, (void)values;
-    const int fault = is_known(memory, u) ? 0 : find(u, memory);
+    const int fault = find(u, memory);
     if (fault) return fault;
-    y[OUT(V_MIN)] = memory[LOWEST];
-    y[OUT(V_MAX)] = memory[HIGHEST];
+    const Trim *const end = (const Trim *)(memory + ENDS);
+    y[OUT(V_MIN)] = end[0][V];
+    y[OUT(V_MAX)] = end[1][V];
     y[OUT(V_MIN_STD)] = y[OUT(V_MAX_STD)] = 0;
-    y[OUT(FEASIBLE)] = memory[EXISTS];
+    y[OUT(FEASIBLE)] = end[0][V] > 0;
     y[OUT(IN_DOMAIN)] = 1;
-    y[OUT(MARGIN_SLOW)] = u[IN(TAS)] - memory[LOWEST];
-    y[OUT(MARGIN_FAST)] = memory[HIGHEST] - u[IN(TAS)];
+    y[OUT(MARGIN_SLOW)] = u[IN(TAS)] - end[0][V];
+    y[OUT(MARGIN_FAST)] = end[1][V] - u[IN(TAS)];
+    return 0;
+}
+
+/* Slopes of an output: a sign times those of an end, and one with respect to the speed. */
+static void put_row(double jacobian[], int output, double sign, const double slopes[GTM_TOLD], double of_tas)
+{
+    double *const row = jacobian + output * N_KNOWNS;
+    for (int k = 0; k < GTM_TOLD; k++) row[k < CASE ? k : k + FAILURE - CASE] = sign * slopes[k];
+    row[IN(TAS)] = of_tas;
+}
+
+int model_jacobian(const double x[], const double u[], const double values[], double memory[], double jacobian[])
+{
+    (void)x, (void)values;
+    double slopes[2][GTM_TOLD];
+    int fault = find(u, memory);
+    if (!fault)
+        fault = gtm_failure_envelope_slopes((const gtm_failure_case *)u, (const gtm_failure *)(u + FAILURE), model_lower,
+                                            model_upper, (const Trim *)(memory + ENDS), slopes);
+    if (fault) return fault;
+    memset(jacobian, 0, N_UNKNOWNS * N_KNOWNS * sizeof *jacobian);
+    put_row(jacobian, OUT(V_MIN), 1, slopes[0], 0);
+    put_row(jacobian, OUT(V_MAX), 1, slopes[1], 0);
+    put_row(jacobian, OUT(MARGIN_SLOW), -1, slopes[0], 1);
+    put_row(jacobian, OUT(MARGIN_FAST), 1, slopes[1], -1);
     return 0;
 }

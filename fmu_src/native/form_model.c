@@ -21,13 +21,21 @@ int model_deferred_outputs(const double x[], const double u[], const double valu
     return 0;
 }
 
-int model_jacobian(const double x[], const double u[], const double values[], double jacobian[])
+int model_jacobian(const double x[], const double u[], const double values[], double memory[], double jacobian[])
 {
-    (void)x, (void)values;
+    (void)x, (void)values, (void)memory;
     double y[form_outputs];
     memset(jacobian, 0, N_UNKNOWNS * N_KNOWNS * sizeof *jacobian);
     form_gradient(u, y, jacobian);
+    return 0;
+}
+
+int model_deferred_jacobian(const double x[], const double u[], const double values[], double memory[],
+                            double jacobian[])
+{
+    (void)x, (void)u, (void)values, (void)memory, (void)jacobian;
 #if form_has_std
+    double y[form_outputs];
     form_std_gradient(u, y, jacobian + form_outputs * N_KNOWNS);
 #endif
     return 0;

@@ -118,7 +118,7 @@ void instance_free(Instance *i)
 
 void instance_touch(Instance *i)
 {
-    i->is_stale[RATES] = i->is_stale[RESULTS] = i->is_stale[LATER] = i->is_slope_stale = true;
+    i->is_stale[RATES] = i->is_stale[RESULTS] = i->is_stale[LATER] = i->is_slope_stale[0] = i->is_slope_stale[1] = true;
 }
 
 Status instance_reset(Instance *i)

@@ -43,7 +43,7 @@ struct Instance {
     bool is_step_refused;                      /* the last one */
     bool is_event_due;                         /* a discrete output is to change, when not stale */
     bool is_stale[3];                          /* derivatives, outputs, deferred outputs */
-    bool is_slope_stale;
+    bool is_slope_stale[2];                    /* those of deferred outputs by themselves */
     int fault[3];                              /* of the same, when not stale */
     double jacobian[ROOM(N_UNKNOWNS * N_KNOWNS)];
     unsigned logged;                           /* bit by category */

@@ -55,8 +55,11 @@ int model_outputs(const double x[], const double u[], const double values[], dou
    places in y as they are. */
 int model_deferred_outputs(const double x[], const double u[], const double values[], double memory[], double y[]);
 
-/* jacobian[N_UNKNOWNS * N_KNOWNS], row by row; not asked for when no partial derivatives are declared. */
-int model_jacobian(const double x[], const double u[], const double values[], double jacobian[]);
+/* jacobian[N_UNKNOWNS * N_KNOWNS], row by row; not asked for when no partial derivatives are declared. The rows of
+   deferred outputs are those of another function, which is asked only for them. */
+int model_jacobian(const double x[], const double u[], const double values[], double memory[], double jacobian[]);
+int model_deferred_jacobian(const double x[], const double u[], const double values[], double memory[],
+                            double jacobian[]);
 
 /* Move x on by `duration` in s with constant u; on a fault the memory stays as it was. */
 int model_advance(double x[], const double u[], const double values[], double memory[], double duration);

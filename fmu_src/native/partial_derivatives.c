@@ -29,13 +29,16 @@ static int row_of(unsigned unknown)
     return kind == DERIVATIVE ? (int)unknown - DERIVATIVES : kind == OUTPUT ? N_STATES + (int)unknown - OUTPUTS : -1;
 }
 
-static Status update_jacobian(Instance *i)
+/* The rows of deferred outputs, or all others. */
+static Status update_jacobian(Instance *i, bool is_deferred)
 {
-    if (!i->is_slope_stale) return OK;
+    if (!i->is_slope_stale[is_deferred]) return OK;
     double x[ROOM(N_STATES)], u[ROOM(N_INPUTS)], jacobian[ROOM(N_UNKNOWNS * N_KNOWNS)];
     if (!instance_load(i, x, u, "There are no derivatives.")) return DISCARD;
-    int fault = model_jacobian(x, u, i->now.values, jacobian);
-    for (int row = 0; row < N_UNKNOWNS && !fault; row++)
+    int fault = is_deferred ? model_deferred_jacobian(x, u, i->now.values, i->now.memory, jacobian)
+                            : model_jacobian(x, u, i->now.values, i->now.memory, jacobian);
+    for (int row = 0; row < N_UNKNOWNS && !fault; row++) {
+        if (instance_is_deferred(OUTPUTS + row - N_STATES) != is_deferred) continue;
         for (int column = 0; column < N_KNOWNS && !fault; column++) {
             const Variable *unknown = model_variables + (row < N_STATES ? DERIVATIVES + row : OUTPUTS + row - N_STATES);
             const Variable *known = model_variables + (column < N_STATES ? STATES + column : model_inputs[column - N_STATES]);
@@ -43,12 +46,13 @@ static Status update_jacobian(Instance *i)
             *slope *= unknown->scale / known->scale;
             if (!isfinite(*slope)) fault = FAULT_NOT_FINITE;
         }
+        if (!fault) memcpy(i->jacobian + row * N_KNOWNS, jacobian + row * N_KNOWNS, N_KNOWNS * sizeof *jacobian);
+    }
     if (fault) {
         instance_say(i, DISCARD, "%s There are no derivatives.", model_faults[fault]);
         return DISCARD;
     }
-    memcpy(i->jacobian, jacobian, sizeof jacobian);
-    i->is_slope_stale = false;
+    i->is_slope_stale[is_deferred] = false;
     return OK;
 }
 
@@ -80,7 +84,9 @@ Status instance_differentiate(Instance *i, const unsigned unknowns[], size_t n_u
         !are_of_kinds(i, unknowns, n_unknowns, 1u << STATE | 1u << DERIVATIVE | 1u << OUTPUT, "unknown") ||
         !are_of_kinds(i, knowns, n_knowns, 1u << STATE | 1u << INPUT | 1u << PARAMETER | 1u << TIME, "known"))
         return ERROR;
-    Status status = update_jacobian(i);
+    Status status = OK;
+    for (size_t k = 0; k < n_unknowns && status == OK; k++)
+        status = update_jacobian(i, instance_is_deferred((int)unknowns[k]));
     for (size_t a = 0; a < n && status == OK; a++) {
         double sum = 0;
         for (size_t b = 0; b < n_seed; b++)

@@ -49,20 +49,28 @@ static void put_row(double jacobian[], int output, double sign, const double slo
     row[IN(TAS)] = of_tas;
 }
 
-int model_jacobian(const double x[], const double u[], const double values[], double jacobian[])
+int model_jacobian(const double x[], const double u[], const double values[], double memory[], double jacobian[])
 {
-    (void)x, (void)values;
+    (void)x, (void)values, (void)memory;
     if (is_reversed(u)) return FAULT_REVERSED;
-    const double *const asked = u + IN(ALTITUDE);
-    double v[2], std[2], slopes[2 * CASE], of_std[2 * CASE];
-    speeds_gradient(asked, v, slopes);
-    speeds_std_gradient(asked, std, of_std);
+    double v[2], slopes[2 * CASE];
+    speeds_gradient(u + IN(ALTITUDE), v, slopes);
     memset(jacobian, 0, N_UNKNOWNS * N_KNOWNS * sizeof *jacobian);
     put_row(jacobian, OUT(V_MIN), 1, slopes, 0);
     put_row(jacobian, OUT(V_MAX), 1, slopes + CASE, 0);
-    put_row(jacobian, OUT(V_MIN_STD), 1, of_std, 0);
-    put_row(jacobian, OUT(V_MAX_STD), 1, of_std + CASE, 0);
     put_row(jacobian, OUT(MARGIN_SLOW), -1, slopes, 1);
     put_row(jacobian, OUT(MARGIN_FAST), 1, slopes + CASE, -1);
+    return 0;
+}
+
+int model_deferred_jacobian(const double x[], const double u[], const double values[], double memory[],
+                            double jacobian[])
+{
+    (void)x, (void)values, (void)memory;
+    if (is_reversed(u)) return FAULT_REVERSED;
+    double std[2], of_std[2 * CASE];
+    speeds_std_gradient(u + IN(ALTITUDE), std, of_std);
+    put_row(jacobian, OUT(V_MIN_STD), 1, of_std, 0);
+    put_row(jacobian, OUT(V_MAX_STD), 1, of_std + CASE, 0);
     return 0;
 }

@@ -166,6 +166,7 @@ def dynamics_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
 def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     """GtmEnvelopeNative in FMI 2.0 or GtmEnvelopeNative3 in FMI 3.0."""
     from fmu_src.description.envelope_variables import MEMORY, envelope_description
+    from fmu_src.description.failure_variables import SLOPES_USAGE
     from fmu_src.slaves.failure_faults import FAILURE_FAULTS
 
     refuse_networks("envelope", networks)
@@ -175,12 +176,15 @@ def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
         core=WHOLE,
         later=("failure",),
         memory=MEMORY,
+        usage=(SLOPES_USAGE,),
+        has_partial_derivatives=True,
     )
     return native.contents(envelope_description(), fmi, reference_failures)
 
 
 def manoeuvre_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     """GtmManoeuvreNative in FMI 2.0 or GtmManoeuvreNative3 in FMI 3.0."""
+    from fmu_src.description.failure_variables import SLOPES_USAGE
     from fmu_src.description.manoeuvre_variables import manoeuvre_description
     from fmu_src.slaves.failure_faults import FAILURE_FAULTS
 
@@ -189,6 +193,8 @@ def manoeuvre_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
         faults=FAILURE_FAULTS,
         native=("manoeuvre_model.c", "stateless.c"),
         core=WHOLE,
+        usage=(SLOPES_USAGE,),
+        has_partial_derivatives=True,
         defers=True,
     )
     return native.contents(manoeuvre_description(), fmi, reference_manoeuvres)

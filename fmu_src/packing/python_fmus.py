@@ -114,7 +114,7 @@ def envelope_contents(networks: Sequence[Path]) -> Contents:
     from fmu_src.description.envelope_variables import envelope_description
 
     refuse_networks("envelope", networks)
-    return _with_core(envelope_description(), "failure_faults", "envelope_slave", "gtm_envelope")
+    return _with_core(envelope_description(), "names", "failure_faults", "envelope_slave", "gtm_envelope")
 
 
 def manoeuvre_contents(networks: Sequence[Path]) -> Contents:

@@ -21,5 +21,6 @@ FAILURE_FAULTS = (
     "The stabiliser, the flaps, the spoilers, the gear or the fuel used is out of range.",
     "The rudder limits are reversed: rudder.lower is above rudder.upper.",
     "No rudder is left: rudder.* and limits.rudder.* have no deflection in common.",
+    "There are no slopes here: what is asked about is settled by nothing, or by too much at once.",
 )
 """By fault: ``enum gtm_failure_fault`` of gtm_failure.h."""

@@ -6,6 +6,7 @@ from typing import Any
 from .core_library import load_core
 from .envelope_slave import EnvelopeSlave, Found
 from .failure_faults import FAILURE_FAULTS
+from .names import TWO_THROTTLE_UNKNOWNS, V
 
 
 class GtmEnvelope(EnvelopeSlave):
@@ -21,12 +22,13 @@ class GtmEnvelope(EnvelopeSlave):
         failure = ctypes.byref(self.inputs, ctypes.sizeof(ctypes.c_double) * self.group("speed").start)
         constants = self.table["constants"]
         bounds = [(ctypes.c_double * len(constants[end]))(*constants[end]) for end in ("lower", "upper")]
-        self.speeds, self.exists = (ctypes.c_double * 2)(), ctypes.c_int()
-        results = self.speeds, ctypes.byref(self.exists)
-        self.arguments = (self.inputs, failure, *bounds, *results)
+        self.ends = (ctypes.c_double * (2 * len(TWO_THROTTLE_UNKNOWNS)))()
+        self.arguments = (self.inputs, failure, *bounds, self.ends)
 
     def find(self, case: list[float]) -> Found | str:
         """Both ends; none without a trim inside the limits."""
         self.inputs[:] = [*case]
-        fault = self.solve(*self.arguments)
-        return FAILURE_FAULTS[fault] if fault else Found([*self.speeds, 0.0, 0.0], self.exists.value != 0, True)
+        if fault := self.solve(*self.arguments):
+            return FAILURE_FAULTS[fault]
+        speeds = self.ends[V :: len(TWO_THROTTLE_UNKNOWNS)]
+        return Found([*speeds, 0.0, 0.0], speeds[0] > 0, True)

@@ -1,10 +1,11 @@
-#include "gtm_failure.h"
+#include "failure.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "generated/unknowns.h"
 #include "gtm/configured_table.h"
+#include "gtm_sections.h"
 
 /* What a value that came through other units may be off by, relative to its range. */
 static const double rounding = 1e-9;
@@ -52,10 +53,29 @@ static int reversed(const gtm_failure *f)
     return GTM_LEFT;
 }
 
-static void narrow(gtm_remainder *left, int unknown, const double range[2])
+/* Bounds of an unknown, and which numbers of a question they are. */
+static void take(gtm_remainder *left, int unknown, const double range[2], int from)
 {
-    left->lower[unknown] = fmax(left->lower[unknown], range[0]);
-    left->upper[unknown] = fmin(left->upper[unknown], range[1]);
+    left->lower[unknown] = range[0];
+    left->upper[unknown] = range[1];
+    for (int end = 0; end < 2; end++) left->from[unknown][end] = from < 0 ? -1 : from + end;
+}
+
+static void narrow(gtm_remainder *left, int unknown, const double range[2], int from)
+{
+    if (range[0] > left->lower[unknown]) {
+        left->lower[unknown] = range[0];
+        left->from[unknown][0] = from;
+    }
+    if (range[1] < left->upper[unknown]) {
+        left->upper[unknown] = range[1];
+        left->from[unknown][1] = from + 1;
+    }
+}
+
+static int place_of(const gtm_failure *f, const double *number)
+{
+    return GTM_ASKED + (int)(number - (const double *)f);
 }
 
 /* Of the throttles: one of its own for each engine, or one for those that run. */
@@ -63,13 +83,13 @@ static int take_throttles(const gtm_failure *f, gtm_remainder *left)
 {
     const int runs[2] = {f->engine_running[0] != 0, f->engine_running[1] != 0};
     const int is_apart = f->has_two_throttles && runs[0] && runs[1];
+    const double *both = f->limits[THROTTLE - ELEVATOR];
     left->throttles = is_apart ? GTM_TWO_THROTTLES : GTM_ONE_THROTTLE;
+    for (int side = 0; side < 2; side++) take(left, THROTTLE + side, both, place_of(f, both));
     for (int side = 0; side < 2; side++) {
-        left->lower[THROTTLE + side] = f->limits[THROTTLE - ELEVATOR][0];
-        left->upper[THROTTLE + side] = f->limits[THROTTLE - ELEVATOR][1];
+        const double *own = f->engine_limits[side];
+        if (runs[side]) narrow(left, is_apart ? THROTTLE + side : THROTTLE, own, place_of(f, own));
     }
-    for (int side = 0; side < 2; side++)
-        if (runs[side]) narrow(left, is_apart ? THROTTLE + side : THROTTLE, f->engine_limits[side]);
     for (int side = 0; side < 2; side++)
         if (left->lower[THROTTLE + side] > left->upper[THROTTLE + side]) return GTM_NO_THROTTLE;
     return GTM_LEFT;
@@ -79,72 +99,83 @@ int gtm_take_failure(const gtm_failure *f, const double lower[GTM_NT], const dou
 {
     int fault = reversed(f);
     if (fault) return fault;
-    memcpy(left->lower, lower, GTM_NT * sizeof *lower);
-    memcpy(left->upper, upper, GTM_NT * sizeof *upper);
-    for (int end = 0; end < 2; end++) {
-        double *bound = end ? left->upper : left->lower;
-        bound[ALPHA] = f->alpha[end];
-        bound[PHI] = f->bank[end];
-        for (int k = ELEVATOR; k <= RUDDER; k++) bound[k] = f->limits[k - ELEVATOR][end];
-    }
+    for (int i = 0; i < GTM_NT; i++) take(left, i, (const double[]){lower[i], upper[i]}, -1);
+    take(left, ALPHA, f->alpha, place_of(f, f->alpha));
+    take(left, PHI, f->bank, place_of(f, f->bank));
+    for (int k = ELEVATOR; k <= RUDDER; k++) take(left, k, f->limits[k - ELEVATOR], place_of(f, f->limits[k - ELEVATOR]));
     fault = take_throttles(f, left);
     if (fault) return fault;
     left->is_study = left->throttles == GTM_ONE_THROTTLE && is_undamaged(f);
     return left->is_study ? GTM_LEFT : configure(f, &left->configuration);
 }
 
-/* ---- Envelopes ---- */
-
-static const gtm_configuration *airframe(const gtm_remainder *left)
+const gtm_configuration *gtm_airframe_left(const gtm_remainder *left)
 {
     return left->is_study ? 0 : &left->configuration;
 }
 
-/* The least value of an unknown (sign 1) or its greatest (-1); whether there is one. */
-static int find_end(const gtm_remainder *left, double altitude, double gamma, int unknown, double sign, double *value)
+/* ---- Envelopes ---- */
+
+int gtm_take_case(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
+                  const double upper[GTM_NT], gtm_remainder *left)
 {
-    double objective[GTM_TWO_THROTTLE_NT] = {0}, best[GTM_TWO_THROTTLE_NT] = {0}, violation;
-    objective[unknown] = sign;
-    const int status = gtm_envelope_end(airframe(left), left->throttles, altitude, gamma, left->lower, left->upper,
-                                        objective, best, &violation);
-    *value = best[unknown];
-    return status == GTM_TRIMMED;
+    enum { RUDDER_LIMITS = 2 };
+    if (!(at->rudder[0] <= at->rudder[1])) return GTM_RUDDER_REVERSED;
+    const int fault = gtm_take_failure(f, lower, upper, left);
+    if (fault) return fault;
+    narrow(left, RUDDER, at->rudder, RUDDER_LIMITS);
+    return left->lower[RUDDER] > left->upper[RUDDER] ? GTM_NO_RUDDER : GTM_LEFT;
 }
 
 int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
-                         const double upper[GTM_NT], double speed[2], int *is_feasible)
+                         const double upper[GTM_NT], double end[2][GTM_TWO_THROTTLE_NT])
 {
     gtm_remainder left;
-    if (!(at->rudder[0] <= at->rudder[1])) return GTM_RUDDER_REVERSED;
-    const int fault = gtm_take_failure(f, lower, upper, &left);
+    const int fault = gtm_take_case(at, f, lower, upper, &left);
     if (fault) return fault;
-    narrow(&left, RUDDER, at->rudder);
-    if (left.lower[RUDDER] > left.upper[RUDDER]) return GTM_NO_RUDDER;
-    *is_feasible = find_end(&left, at->altitude, at->gamma, V, 1, speed) &&
-                   find_end(&left, at->altitude, at->gamma, V, -1, speed + 1);
-    if (!*is_feasible) speed[0] = speed[1] = 0;
+    memset(end, 0, 2 * sizeof *end);
+    for (int k = 0; k < 2; k++) {
+        double objective[GTM_TWO_THROTTLE_NT] = {0}, violation;
+        objective[V] = k ? -1 : 1;
+        const int status = gtm_envelope_end(gtm_airframe_left(&left), left.throttles, at->altitude, at->gamma, left.lower,
+                                            left.upper, objective, end[k], &violation);
+        if (status == GTM_TRIMMED) continue;
+        memset(end, 0, 2 * sizeof *end);
+        break;
+    }
     return GTM_LEFT;
 }
 
 /* ---- Manoeuvres ---- */
 
-/* Bounds as a failure leaves them, at the speed of a manoeuvre. */
-static int take_speed(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
-                      const double upper[GTM_NT], gtm_remainder *left)
+enum { ASKED_SPEED = 2, ASKED_TURN_RATE = 3 };
+
+int gtm_take_speed(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
+                   const double upper[GTM_NT], gtm_remainder *left)
 {
     const int fault = gtm_take_failure(f, lower, upper, left);
     left->lower[V] = left->upper[V] = at->tas;
+    left->from[V][0] = left->from[V][1] = ASKED_SPEED;
     return fault;
 }
 
-static const int limited[GTM_LIMITED] = {ALPHA, BETA, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE, THROTTLE_RIGHT};
+int gtm_take_manoeuvre(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
+                       const double upper[GTM_NT], gtm_remainder *left)
+{
+    const int fault = gtm_take_speed(at, f, lower, upper, left);
+    left->lower[PSI_DOT] = left->upper[PSI_DOT] = at->turn_rate;
+    left->from[PSI_DOT][0] = left->from[PSI_DOT][1] = ASKED_TURN_RATE;
+    return fault;
+}
+
+const int gtm_limited[GTM_LIMITED] = {ALPHA, BETA, PHI, ELEVATOR, AILERON, RUDDER, THROTTLE, THROTTLE_RIGHT};
 
 /* The binding limit by its number: 1 none, then lower and upper of each that is limited, at last those of one throttle
    for both engines. */
 static double binding_of(const gtm_remainder *left, const gtm_answer *found)
 {
     int place = 0;
-    while (place < GTM_LIMITED && limited[place] != found->binding) place++;
+    while (place < GTM_LIMITED && gtm_limited[place] != found->binding) place++;
     if (found->binding < 0 || place == GTM_LIMITED) return 1;
     if (found->binding == THROTTLE && left->throttles == GTM_ONE_THROTTLE) place = GTM_LIMITED;
     return 2 + 2 * place + found->side;
@@ -155,18 +186,17 @@ int gtm_failure_query(const gtm_failure_manoeuvre *at, const gtm_failure *f, con
 {
     gtm_remainder left;
     gtm_answer found;
-    const int fault = take_speed(at, f, lower, upper, &left);
+    const int fault = gtm_take_manoeuvre(at, f, lower, upper, &left);
     if (fault) return fault;
-    left.lower[PSI_DOT] = left.upper[PSI_DOT] = at->turn_rate;
-    gtm_query(airframe(&left), left.throttles, 1, &at->altitude, &at->gamma, left.lower, left.upper, &found);
+    gtm_query(gtm_airframe_left(&left), left.throttles, 1, &at->altitude, &at->gamma, left.lower, left.upper, &found);
     const double *y = found.y;
     *answer = (gtm_failure_answer){.is_feasible = found.status == GTM_TRIMMED, .is_stable = found.stable,
                                    .is_controllable = found.controllable, .is_found = found.status != GTM_NO_TRIM,
                                    .binding = binding_of(&left, &found)};
     if (!answer->is_found) return GTM_LEFT;
     for (int k = 0; k < GTM_LIMITED; k++) {
-        const int is_shared = limited[k] == THROTTLE_RIGHT && left.throttles == GTM_ONE_THROTTLE;
-        memcpy(answer->margin[k], found.margin[is_shared ? THROTTLE : limited[k]], sizeof *answer->margin);
+        const int is_shared = gtm_limited[k] == THROTTLE_RIGHT && left.throttles == GTM_ONE_THROTTLE;
+        memcpy(answer->margin[k], found.margin[is_shared ? THROTTLE : gtm_limited[k]], sizeof *answer->margin);
     }
     memcpy(answer->thrust_margin, found.thrust_margin, sizeof found.thrust_margin);
     answer->alpha = y[ALPHA];
@@ -182,12 +212,12 @@ int gtm_failure_turn_rates(const gtm_failure_manoeuvre *at, const gtm_failure *f
                            const double upper[GTM_NT], double rate[2])
 {
     gtm_remainder left;
-    const int fault = take_speed(at, f, lower, upper, &left);
+    gtm_intervals found;
+    const int fault = gtm_take_speed(at, f, lower, upper, &left);
     if (fault) return fault;
-    if (!find_end(&left, at->altitude, at->gamma, PSI_DOT, 1, rate) ||
-        !find_end(&left, at->altitude, at->gamma, PSI_DOT, -1, rate + 1)) {
-        rate[0] = upper[PSI_DOT];
-        rate[1] = lower[PSI_DOT];
-    }
+    gtm_section(gtm_airframe_left(&left), left.throttles, GTM_TURN_RATES, at->altitude, at->gamma, left.lower, left.upper,
+                lower[PSI_DOT], upper[PSI_DOT], &found);
+    rate[0] = found.count ? found.end[0][0] : upper[PSI_DOT];
+    rate[1] = found.count ? found.end[found.count - 1][1] : lower[PSI_DOT];
     return GTM_LEFT;
 }

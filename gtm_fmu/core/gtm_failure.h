@@ -27,13 +27,18 @@ enum gtm_failure_fault {
     GTM_BAD_DAMAGE,                         /* no whole number, or no such case */
     GTM_BAD_AIRFRAME,                       /* stabiliser, flaps, spoilers, gear or fuel out of range */
     GTM_RUDDER_REVERSED,                    /* of a case */
-    GTM_NO_RUDDER                           /* no deflection is inside the limits of a case and of its failure */
+    GTM_NO_RUDDER,                          /* no deflection is inside the limits of a case and of its failure */
+    GTM_NO_SLOPES                           /* what is asked about has none: nothing settles it, or too much */
 };
+
+/* A question has four numbers, then those of the failure. */
+enum { GTM_ASKED = 4, GTM_TOLD = GTM_ASKED + sizeof(gtm_failure) / sizeof(double) };
 
 /* What the solvers take: bounds of a steady manoeuvre, and the airframe. */
 typedef struct {
     enum gtm_throttles throttles;
     double lower[GTM_TWO_THROTTLE_NT], upper[GTM_TWO_THROTTLE_NT];
+    int from[GTM_TWO_THROTTLE_NT][2];       /* which number of a question each bound is, -1: none */
     int is_study;                           /* the study's airframe, which the solvers know best */
     gtm_configuration configuration;        /* if not */
 } gtm_remainder;
@@ -42,14 +47,22 @@ typedef struct {
 GTM_API int gtm_take_failure(const gtm_failure *f, const double lower[GTM_NT], const double upper[GTM_NT],
                              gtm_remainder *left);
 
+/* The airframe that the solvers take. */
+GTM_API const gtm_configuration *gtm_airframe_left(const gtm_remainder *left);
+
 /* A flight condition, and limits of the rudder besides those of the failure. */
 typedef struct {
     double altitude, gamma, rudder[2];      /* ft, rad, deg */
 } gtm_failure_case;
 
-/* V_min and V_max (ft/s), zero where there is no envelope, and whether there is one; an enum gtm_failure_fault. */
+/* The trims at V_min and V_max, all zero where there is no envelope; an enum gtm_failure_fault. */
 GTM_API int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
-                                 const double upper[GTM_NT], double speed[2], int *is_feasible);
+                                 const double upper[GTM_NT], double end[2][GTM_TWO_THROTTLE_NT]);
+
+/* Slopes of V_min and V_max with respect to the numbers of the question, at the trims above: V_min's, then V_max's. */
+GTM_API int gtm_failure_envelope_slopes(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
+                                        const double upper[GTM_NT], const double end[2][GTM_TWO_THROTTLE_NT],
+                                        double slopes[2][GTM_TOLD]);
 
 /* A manoeuvre that is asked for. */
 typedef struct {
@@ -69,9 +82,19 @@ typedef struct {
 GTM_API int gtm_failure_query(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
                               const double upper[GTM_NT], gtm_failure_answer *answer);
 
+/* Slopes of an answer, number by number, with respect to those of the question; zero for what is no real number. Those of
+   the damage case, the gear and switches are zero. */
+GTM_API int gtm_failure_query_slopes(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
+                                     const double upper[GTM_NT], double *slopes);
+
 /* Least and greatest turn rate (rad/s) at the speed of a manoeuvre. There is none where the first is above the second:
    then they are the bounds of the undamaged aircraft, reversed. */
 GTM_API int gtm_failure_turn_rates(const gtm_failure_manoeuvre *at, const gtm_failure *f, const double lower[GTM_NT],
                                    const double upper[GTM_NT], double rate[2]);
+
+/* Their slopes; zero where there are none. */
+GTM_API int gtm_failure_turn_rate_slopes(const gtm_failure_manoeuvre *at, const gtm_failure *f,
+                                         const double lower[GTM_NT], const double upper[GTM_NT],
+                                         double slopes[2][GTM_TOLD]);
 
 #endif

@@ -15,7 +15,7 @@ from fmpy.validation import validate_fmu
 from gtm_fmu.aircraft.client import FmuClient, FmuError
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.envelopes.envelope import envelope
-from tests.fmu_src.native_session import DISCARD, ERROR, OK
+from tests.fmu_src.native_session import DISCARD, OK
 
 pytestmark = pytest.mark.slow
 
@@ -155,12 +155,6 @@ class TestBadInput:
         if kind == "cs":
             assert session.step(0.0, 0.1) == DISCARD
         assert all("rudder limits are reversed" in text for text in session.texts())
-
-    def test_no_partial_derivatives(self, envelope_session):
-        session = envelope_session("me")
-        assert session.directional([session.names["v_min"]], [session.names["gamma"]], [1.0])[0] == ERROR
-        assert session.texts() == ["The FMU has no partial derivatives."]
-        assert not session.description.modelExchange.providesDirectionalDerivative
 
 
 def test_the_envelope_is_found_only_when_the_case_changes(envelope_session):
