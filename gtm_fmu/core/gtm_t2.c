@@ -63,8 +63,9 @@ static void mark_dead(const gtm_configuration *c, gtm_problem *p)
     for (int k = 0; k < c->segments; k++)
         if (c->segment[k].gain != 0) dead[ELEVATOR] = 0;
     for (int k = 0; k < c->panels; k++) {
-        const int command = gtm_drives[c->panel[k].panel->surface].command;
-        if (c->panel[k].gain != 0) dead[ELEVATOR + command - K_ELEVATOR] = 0;
+        const struct gtm_active_panel *panel = &c->panel[k];
+        if (panel->gain == 0) continue; /* spoilers have no command at all */
+        dead[ELEVATOR + gtm_drives[panel->panel->surface].command - K_ELEVATOR] = 0;
     }
     const int left = c->engine_running[0] != 0, right = c->engine_running[1] != 0;
     const int drives_both = p->throttles == GTM_ONE_THROTTLE;
