@@ -17,6 +17,7 @@ from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.names import CONTROLS, TRIM_UNKNOWNS
 from gtm_fmu.core import solver
 from gtm_fmu.core.query import ANSWER
+from gtm_fmu.core.sections import INTERVALS
 from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT
 from gtm_fmu.envelopes.feasibility import FULL_THROTTLE_PCT
 from gtm_fmu.envelopes.thrust_map import ThrustMap
@@ -30,7 +31,8 @@ from surrogate.models.network import Network
 from surrogate.rudder.emulator import RudderEmulator
 
 _UNIT = {"V": KT_PER_FT_S, **dict.fromkeys(("alpha", "beta", "psi_dot", "phi"), DEG_PER_RAD)}
-_SYMBOLS = {"elevator": "deg", "aileron": "deg", "rudder": "deg", "throttle": "%"}
+_CONTROL_UNITS = {"elevator": "deg", "aileron": "deg", "rudder": "deg", "throttle": "%"}
+_SECTION_TOLERANCE = 1e-4  # of an unknown's typical size; ends of sections are found to a tenth of that
 _ENGINES = (("both", "both run"), ("left_out", "left out"), ("right_out", "right out"), ("both_out", "both out"))
 _USUAL = {
     "damage_case": 0,
@@ -72,7 +74,7 @@ def _inputs() -> list[dict[str, Any]]:
         _slider("gamma_deg", "Flight-path angle", "deg", 0.0, (-15.0, 15.0), 0.25, "flight"),
     ]
     for control in CONTROLS:
-        span, unit = WIDEST[f"{control}_{'pct' if control == 'throttle' else 'deg'}"], _SYMBOLS[control]
+        span, unit = WIDEST[f"{control}_{'pct' if control == 'throttle' else 'deg'}"], _CONTROL_UNITS[control]
         for end, usual, other in (("lower", span[0], "upper"), ("upper", span[1], "lower")):
             slider = _slider(f"{control}.{end}", f"{control.capitalize()}, {end}", unit, usual, span, 0.5, "limits")
             inputs.append(slider | {"pushes": f"{control}.{other}"})
@@ -96,7 +98,11 @@ def facts() -> dict[str, Any]:
     return {
         "unknowns": TRIM_UNKNOWNS,
         "controls": CONTROLS,
+        "control_units": _CONTROL_UNITS,
+        "highest_ft": ranges.ALTITUDE_FT[1],
         "answer": {name: place[1] for name, place in (ANSWER.fields or {}).items()},
+        "intervals": {name: place[1] for name, place in (INTERVALS.fields or {}).items()},
+        "section_tolerance": _SECTION_TOLERANCE,
         "shown_margins": ("alpha", "phi", *CONTROLS),
         "units_per_core_unit": _UNIT,
         "rad_per_deg": RAD_PER_DEG,

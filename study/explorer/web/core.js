@@ -12,7 +12,7 @@ class Core {
         for (const name of ["lower", "upper", "objective", "best"]) this[name] = this.numbers(most);
         this.violation = this.numbers(1);
         [this.place, this.answer] = [this.numbers(2), this.core.malloc(this.core.gtm_answer_size())];
-        this.starts = this.numbers(most);
+        this.intervals = this.core.malloc(this.core.gtm_intervals_size());
         this.dead = this.numbers(most);
         this.casesAt = this.numbers(4);
         this.foundAt = this.numbers(6);
@@ -87,8 +87,8 @@ class Core {
     }
 
     // Names of the limits that a point holds, as "rudder.upper"; a jam is none.
-    limitsHit(y, { lower, upper }) {
-        const near = (i) => this.facts.held_tolerance * this.facts.scale[i];
+    limitsHit(y, { lower, upper }, tolerance = this.facts.held_tolerance) {
+        const near = (i) => tolerance * this.facts.scale[i];
         return this.facts.unknowns.flatMap((name, i) => {
             if (lower[i] === upper[i]) return [];
             return [
@@ -118,38 +118,34 @@ class Core {
         };
     }
 
-    // The turn rates that are left at speeds over the envelope, each end with the limits that hold it.
-    section(condition, envelope, speeds = 61) {
+    // The turn rates that are left at speeds over the envelope: of each the intervals between gaps, exact, each end with
+    // the limits that hold it.
+    section(condition, envelope, speeds = 49) {
         if (!envelope.feasible) return [];
         const asked = this.ask(condition);
+        const n = this.facts.unknowns.length;
+        const { count, end, y } = this.facts.intervals;
+        const [psi, V] = [this.at.psi_dot, this.at.V];
         const rows = [];
-        let ends = [this.y(envelope.at_v_min), this.y(envelope.at_v_min)];
         for (let k = 0; k < speeds; k++) {
             const share = 0.5 - 0.5 * Math.cos((Math.PI * k) / (speeds - 1));
             const tas_kt = envelope.v_min_kt + share * (envelope.v_max_kt - envelope.v_min_kt);
-            const found = [1, -1].map((sign, side) => this.turning(asked, sign, tas_kt, ends[side]));
-            if (!found[0] || !found[1]) continue;
-            ends = found;
-            const [low, high] = found.map((y) => ({ turn_rate_deg_s: this.value(y, "psi_dot"), held: this.limitsHit(y, asked) }));
-            rows.push({ tas_kt, intervals: [{ low, high }] });
+            this.setBounds(asked);
+            this.view(this.lower, n)[V] = this.view(this.upper, n)[V] = tas_kt / this.perUnit[V];
+            this.core.gtm_section(
+                asked.c, 1, 0, asked.altitude, asked.gamma, this.lower, this.upper, asked.lower[psi], asked.upper[psi], this.intervals,
+            );
+            const found = new Int32Array(this.core.memory.buffer, this.intervals + count, 1)[0];
+            const ends = this.view(this.intervals + end, 2 * found);
+            const trims = this.view(this.intervals + y, 2 * found * (n + 1));
+            const at = (place) => ({
+                turn_rate_deg_s: ends[place] * this.perUnit[psi],
+                held: this.limitsHit(trims.subarray(place * (n + 1), place * (n + 1) + n), asked, this.facts.section_tolerance),
+            });
+            const intervals = Array.from({ length: found }, (_, i) => ({ low: at(2 * i), high: at(2 * i + 1) }));
+            if (found) rows.push({ tas_kt, intervals });
         }
         return rows;
-    }
-
-    y(trim) {
-        return this.facts.unknowns.map((name, i) => trim[name] / this.perUnit[i]);
-    }
-
-    turning(asked, sign, tas_kt, start) {
-        const n = this.facts.unknowns.length;
-        this.setBounds(asked);
-        this.view(this.lower, n)[this.at.V] = this.view(this.upper, n)[this.at.V] = tas_kt / this.perUnit[this.at.V];
-        this.view(this.objective, n).fill(0)[this.at.psi_dot] = sign;
-        this.view(this.starts, n).set(start);
-        const status = this.core.gtm_extreme(
-            asked.c, 1, asked.altitude, asked.gamma, this.lower, this.upper, this.objective, 1, this.starts, this.best, this.violation,
-        );
-        return status === 0 ? Array.from(this.view(this.best, n)) : null;
     }
 
     // The chosen manoeuvre: feasible or not, its trim, how far every limit is, which one binds, stable, controllable.

@@ -3,7 +3,11 @@
 const facts = JSON.parse(document.getElementById("facts").textContent);
 const element = (id) => document.getElementById(id);
 const is = (number) => number !== null && number !== undefined;
-const fixed = (number, digits = 2) => (is(number) ? number.toFixed(digits).replace("-", "\u2212") : "\u2013");
+function fixed(number, digits = 2) {
+    if (!is(number)) return "\u2013";
+    const text = number.toFixed(digits);
+    return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "\u2212");
+}
 const theme = () => getComputedStyle(document.documentElement);
 
 // What gzip and base64 packed.
@@ -18,12 +22,15 @@ let isReady = false;
 let controls;
 let latest = null;
 let shown = null;
+let resting = null;
+const REST_MS = 300;
 
 worker.onmessage = ({ data }) => {
     if (data.ready) {
         isReady = true;
         ask();
     } else if (data.surface) drawSurface(data);
+    else if (data.steps) showSteps(data);
     else show(data);
 };
 worker.onerror = ({ message }) => {
@@ -61,6 +68,8 @@ function show(answer) {
     showSpeeds(answer);
     drawPlane(answer);
     showManoeuvre(answer);
+    clearTimeout(resting);
+    resting = setTimeout(() => worker.postMessage({ condition: controls.condition, steps: true, sent: performance.now() }), REST_MS);
     requestAnimationFrame(() => {
         shown = performance.now() - answer.sent;
         element("latency").textContent = `Solved in ${fixed(answer.computed_ms, 0)} ms; on the screen ${fixed(shown, 0)} ms after the slider moved.`;
@@ -114,6 +123,14 @@ function marginRow(limit) {
     return row;
 }
 
+function showSteps({ steps, condition }) {
+    const moves = ({ v_min_kt, v_max_kt }) => (is(v_min_kt) ? [signed(v_min_kt), signed(v_max_kt)] : ["no envelope left", ""]);
+    element("steps").tBodies[0].replaceChildren(...steps.map((step) => tableRow([step.words, ...moves(step)])));
+    document.body.dataset.steps = JSON.stringify(condition);
+}
+
+const signed = (number) => (Math.abs(number) < 0.005 ? "0" : (number > 0 ? "+" : "") + fixed(number));
+
 function tableRow(cells) {
     const row = document.createElement("tr");
     row.append(...cells.map((text, place) => Object.assign(document.createElement(place ? "td" : "th"), { textContent: text, ...(place ? {} : { scope: "row" }) })));
@@ -126,13 +143,28 @@ function limitWords(name) {
     return `${NAMES[what] ?? what}, ${end} limit`;
 }
 
+// Polygons around the manoeuvres: rows of the same number of intervals follow each other; where gaps begin, new ones do.
+function rings(section) {
+    const groups = [];
+    for (const row of section) {
+        const last = groups.at(-1);
+        if (last && last[0].intervals.length === row.intervals.length) last.push(row);
+        else groups.push([row]);
+    }
+    return groups.flatMap((group) =>
+        group[0].intervals.map((_, i) => {
+            const side = (end) => group.map((row) => ({ tas_kt: row.tas_kt, ...row.intervals[i][end] }));
+            const ring = [...side("low"), ...side("high").reverse()];
+            return [...ring, ring[0]];
+        }),
+    );
+}
+
 // The boundary in the colours of its limits: a trace for each, broken where it does not hold.
 function boundary(section) {
-    const ring = [...section.map((row) => ({ tas_kt: row.tas_kt, ...row.intervals[0].low })), ...section.toReversed().map((row) => ({ tas_kt: row.tas_kt, ...row.intervals[0].high }))];
-    if (ring.length) ring.push(ring[0]);
     const traces = new Map();
-    for (let k = 0; k + 1 < ring.length; k++) {
-        const [here, next] = [ring[k], ring[k + 1]];
+    const edges = rings(section).flatMap((ring) => ring.slice(1).map((next, k) => [ring[k], next]));
+    for (const [here, next] of edges) {
         const common = here.held.filter((name) => next.held.includes(name));
         const what = (common[0] ?? here.held[0] ?? next.held[0] ?? "none").split(".")[0];
         const trace = traces.get(what) ?? { x: [], y: [] };
@@ -161,13 +193,10 @@ function layout(more) {
 const LOOK = { responsive: true, displaylogo: false, displayModeBar: false };
 
 function drawPlane({ exact, section, condition }) {
-    const area = section.length
-        ? [{
-              x: [...section.map((row) => row.intervals[0].low.turn_rate_deg_s), ...section.toReversed().map((row) => row.intervals[0].high.turn_rate_deg_s)],
-              y: [...section.map((row) => row.tas_kt), ...section.toReversed().map((row) => row.tas_kt)],
-              fill: "toself", fillcolor: "rgba(116,185,232,.25)", line: { width: 0 }, hoverinfo: "skip", showlegend: false,
-          }]
-        : [];
+    const area = rings(section).map((ring) => ({
+        x: ring.map((at) => at.turn_rate_deg_s), y: ring.map((at) => at.tas_kt),
+        fill: "toself", fillcolor: "rgba(116,185,232,.25)", mode: "lines", line: { width: 0 }, hoverinfo: "skip", showlegend: false,
+    }));
     const point = { x: [condition.turn_rate_deg_s], y: [condition.tas_kt], mode: "markers", marker: { size: 13, symbol: "cross", color: "#d55e00", line: { color: ink(), width: 1 } }, name: "chosen manoeuvre", hoverinfo: "skip" };
     const more = { xaxis: { title: { text: "turn rate, deg/s" } }, yaxis: { title: { text: "true airspeed, kn" } } };
     if (!exact.feasible) more.annotations = [{ text: "no steady manoeuvre is left", x: 0.5, y: 0.5, xref: "paper", yref: "paper", showarrow: false }];

@@ -1,8 +1,10 @@
-// Computes what the page shows, so that sliders never wait. The newest question wins: what is asked while an answer is
-// being computed replaces what was asked before.
+// Computes what the page shows, so that sliders never wait. Of each kind the newest question wins: what is asked while
+// an answer is being computed replaces what was asked before.
 
 let core, facts;
-let waiting = null;
+const KINDS = ["answer", "surface", "steps"]; // the most urgent first
+const waiting = {};
+let isBusy = false;
 
 onmessage = async ({ data }) => {
     if (data.module) {
@@ -12,9 +14,8 @@ onmessage = async ({ data }) => {
         postMessage({ ready: true });
         return;
     }
-    const isIdle = waiting === null;
-    waiting = data;
-    if (isIdle) setTimeout(answer);
+    waiting[data.surface ? "surface" : data.steps ? "steps" : "answer"] = data;
+    if (!isBusy) answer();
 };
 
 // Surfaces of V_max for jams, which need many envelopes: over the limits of the rudder (a range's envelope is the union of
@@ -40,16 +41,41 @@ function surfaceOf(kind, condition) {
 const steps = (from, to, n) => Array.from({ length: n }, (_, k) => from + ((to - from) * k) / (n - 1));
 
 function answer() {
-    const { condition, sent, surface } = waiting;
+    const kind = KINDS.find((each) => waiting[each]);
+    isBusy = kind !== undefined;
+    if (!isBusy) return;
+    const { condition, sent, surface } = waiting[kind];
+    delete waiting[kind];
     const started = performance.now();
-    const found = surface ? { surface: surfaceOf(surface, condition) } : answerTo(condition);
-    const asked = waiting;
+    const found = { surface: () => ({ surface: surfaceOf(surface, condition) }), steps: () => ({ steps: stepsFrom(condition) }), answer: () => answerTo(condition) }[kind]();
     postMessage({ ...found, condition, sent, computed_ms: performance.now() - started });
-    // Messages that came meanwhile are delivered before this runs.
-    setTimeout(() => {
-        if (waiting === asked) waiting = null;
-        else answer();
-    });
+    setTimeout(answer); // messages that came meanwhile are delivered first
+}
+
+// What a climb, a steeper path or the next degree lost of a control would do to V_min and V_max, by exact solutions.
+function stepsFrom(condition) {
+    const here = core.envelope(condition);
+    if (!here.feasible) return [];
+    const changed = [
+        { words: "1000 ft higher", altitude_ft: Math.min(condition.altitude_ft + 1000, facts.highest_ft) },
+        { words: "1 deg steeper up", gamma_deg: condition.gamma_deg + 1 },
+        { words: "1 deg steeper down", gamma_deg: condition.gamma_deg - 1 },
+    ];
+    for (const name of facts.controls) {
+        const [low, high] = condition.limits[name];
+        if (high - low < 1) continue; // a jam has nothing to lose
+        const loses = (limits) => ({ ...condition.limits, [name]: limits });
+        changed.push({ words: `${name}: 1 ${facts.control_units[name]} lost at the top`, limits: loses([low, high - 1]) });
+        changed.push({ words: `${name}: 1 ${facts.control_units[name]} lost at the bottom`, limits: loses([low + 1, high]) });
+    }
+    return changed
+        .map(({ words, ...change }) => {
+            const there = core.envelope({ ...condition, ...change });
+            if (!there.feasible) return { words, v_min_kt: null, v_max_kt: null, cost: Infinity };
+            const [v_min_kt, v_max_kt] = [there.v_min_kt - here.v_min_kt, there.v_max_kt - here.v_max_kt];
+            return { words, v_min_kt, v_max_kt, cost: v_min_kt - v_max_kt };
+        })
+        .sort((one, other) => other.cost - one.cost);
 }
 
 function answerTo(condition) {

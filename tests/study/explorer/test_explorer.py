@@ -7,9 +7,12 @@ import pytest
 
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.airframe.names import PSI_DOT, V
+from gtm_fmu.core import sections
 from gtm_fmu.core.configuration import Configuration
-from gtm_fmu.envelopes.envelope import envelope
+from gtm_fmu.envelopes.envelope import FlightCondition, envelope
 from gtm_fmu.envelopes.thrust_map import ThrustMap
+from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT
 from study.explorer.page import explorer_page
 from surrogate.rudder.emulator import RudderEmulator
 from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, assert_accessible, chromium, new_tab
@@ -100,6 +103,42 @@ def test_surrogates_answer_as_those_of_python(opened):
             for key in ("v_min_kt", "v_max_kt", "v_min_std_kt", "v_max_std_kt") if expected["feasible"] else ():
                 assert found[name][key] == pytest.approx(expected[key], abs=1e-9)
     assert not answer(tab, {"engines": "left_out"})["only_rudder"]
+
+
+def test_sections_are_those_of_the_core(opened):
+    """The turn rates that are left at every speed that is drawn, for a jam and for a range with an engine out."""
+    tab, _ = opened
+    for values, limits, configuration in (
+        ({"rudder.lower": 15.0, "rudder.upper": 15.0}, {"rudder_deg": (15.0, 15.0)}, {}),
+        (
+            {"rudder.lower": -10.0, "engines": "left_out"},
+            {"rudder_deg": (-10.0, 30.0)},
+            {"engine_running": (False, True)},
+        ),
+    ):
+        drawn = answer(tab, values)["section"]
+        assert len(drawn) > 40
+        failure = Failure(ControlLimits(**limits), Configuration(**configuration))
+        condition = FlightCondition(10000.0, 0.0, failure)
+        for row in drawn[1:-1:8]:
+            lower, upper = (bound.copy() for bound in condition.bounds)
+            lower[V] = upper[V] = row["tas_kt"] * FT_S_PER_KT
+            within = lower[PSI_DOT], upper[PSI_DOT]
+            found = sections.section(sections.TURN_RATES, 10000.0, 0.0, lower, upper, within, failure.airframe)
+            ends = [[each[side]["turn_rate_deg_s"] for side in ("low", "high")] for each in row["intervals"]]
+            np.testing.assert_allclose(ends, found.ends * DEG_PER_RAD, rtol=0, atol=1e-7)
+
+
+def test_steps_are_exact(opened):
+    """What the next degree would cost, as envelopes solved in Python say."""
+    tab, _ = opened
+    answer(tab, {"rudder.lower": 5.0, "rudder.upper": 25.0, "gamma_deg": -5.0})
+    tab.wait_for_function("document.body.dataset.steps === JSON.stringify(controls.condition)")
+    lines = dict(tuple(line.split("\t", 1)) for line in tab.inner_text("#steps tbody").splitlines())
+    here, there = (envelope(10000.0, -5.0, ControlLimits(rudder_deg=(low, 25.0))) for low in (5.0, 6.0))
+    moves = [getattr(there, name) - getattr(here, name) for name in ("v_min_kt", "v_max_kt")]
+    told = [float(text.replace("\u2212", "-")) for text in lines["rudder: 1 deg lost at the bottom"].split("\t")]
+    assert told == pytest.approx(moves, abs=0.0051)
 
 
 def test_sliders_by_keyboard(opened):
