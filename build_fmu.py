@@ -4,11 +4,12 @@ import argparse
 import sys
 
 from fmu_src.fmus import MODELS, NATIVE_MODELS, build_fmu
-from gtm_fmu.errors import InputError
+from gtm_fmu.errors import script
 from surrogate.rudder.names import MODEL_HELP
 
 
-def main() -> int:
+@script
+def main() -> None:
     """Build the FMUs that the command line names; 2 for bad input."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", choices=[*MODELS, *NATIVE_MODELS, "all"], help="the FMU to build")
@@ -19,14 +20,9 @@ def main() -> int:
     )
     arguments = parser.parse_args()
     names = [*MODELS, *NATIVE_MODELS] if arguments.name == "all" else [arguments.name]
-    try:
-        for name in names:
-            everywhere = arguments.all_platforms and (name in NATIVE_MODELS or arguments.name != "all")
-            print(build_fmu(name, arguments.output, arguments.model, all_platforms=everywhere))
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return 2
-    return 0
+    for name in names:
+        everywhere = arguments.all_platforms and (name in NATIVE_MODELS or arguments.name != "all")
+        print(build_fmu(name, arguments.output, arguments.model, all_platforms=everywhere))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ import numpy as np
 import torch
 from table import row, write
 
-from surrogate.training.levenberg_marquardt import Schedule, train
+from surrogate.training.least_squares import Schedule
+from surrogate.training.levenberg_marquardt import train
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow
 
 SIZES, EPOCHS = (4, 10, 2), 100

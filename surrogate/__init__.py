@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from surrogate.models.load import load_model
     from surrogate.models.local_models import LocalModelNetwork
     from surrogate.models.network import Network
-    from surrogate.training.levenberg_marquardt import History, Schedule
+    from surrogate.training.least_squares import History, Schedule
     from surrogate.training.local_training import Growth, LocalSettings
     from surrogate.training.selection import Selection, Split, select_network, split_samples
     from surrogate.training.train import train_local_models, train_networks
@@ -57,7 +57,7 @@ _NAMES = {
     "models.load": ("load_model",),
     "models.local_models": ("LocalModelNetwork",),
     "models.network": ("Network",),
-    "training.levenberg_marquardt": ("History", "Schedule"),
+    "training.least_squares": ("History", "Schedule"),
     "training.local_training": ("Growth", "LocalSettings"),
     "training.selection": ("Selection", "Split", "select_network", "split_samples"),
     "training.train": ("train_local_models", "train_networks"),

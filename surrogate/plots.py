@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from matplotlib.figure import Figure
 
-from surrogate.training.levenberg_marquardt import History
+from surrogate.training.least_squares import History
 from surrogate.training.local_training import Growth
 from surrogate.training.selection import Part, Selection
 

@@ -18,7 +18,7 @@ from fmu_src.fmus import build_fmu  # noqa: E402
 from fmu_src.packing.archive import write_archive  # noqa: E402
 from fmu_src.packing.compiler import host_binary  # noqa: E402
 from fmu_src.packing.native_sources import standard_headers  # noqa: E402
-from gtm_fmu import InputError  # noqa: E402
+from gtm_fmu.errors import script  # noqa: E402
 from gtm_fmu.files import writable_folder  # noqa: E402
 
 STATES = {
@@ -64,20 +64,16 @@ def renamed(path: Path, copy: Path, names: dict[str, str]) -> Path:
     return write_archive(copy, members | {"modelDescription.xml": description})
 
 
-def main() -> int:
+@script
+def main() -> None:
     """Build both; 2 for what cannot be built."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--output", type=Path, default=Path(), help="folder of both files")
     arguments = parser.parse_args()
-    try:
-        folder = writable_folder(arguments.output)
-        print(van_der_pol(folder))
-        with tempfile.TemporaryDirectory() as place:
-            print(renamed(build_fmu("dynamics-native", place), folder / "Aircraft.fmu", AIRCRAFT))
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return 2
-    return 0
+    folder = writable_folder(arguments.output)
+    print(van_der_pol(folder))
+    with tempfile.TemporaryDirectory() as place:
+        print(renamed(build_fmu("dynamics-native", place), folder / "Aircraft.fmu", AIRCRAFT))
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def evaluated_fmu(
     case_of = _stepped if description.fmiVersion == "2.0" and description.coSimulation else _simulated
     if description.fmiVersion == "2.0" and stop_time_s is None:
         case_of = _stepped
-    with case_of(path, tuple(inputs), tuple(outputs), has_verdict, stop_time_s, step_s) as case:
+    with case_of(_Run(path, tuple(inputs), tuple(outputs), has_verdict, stop_time_s, step_s)) as case:
 
         def values(points: np.ndarray) -> np.ndarray:
             found = [case(point) for point in points]
@@ -55,21 +56,27 @@ def evaluated_fmu(
 Case = Callable[[np.ndarray], Sequence[float] | np.ndarray | None]
 
 
+@dataclass(frozen=True)
+class _Run:
+    """What is asked of an FMU in each case; `has_verdict` where it has the variable `FEASIBLE`."""
+
+    path: Path
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    has_verdict: bool
+    stop_time_s: float | None
+    """None: at its start, without a step."""
+    step_s: float
+
+
 @contextmanager
-def _stepped(
-    path: Path,
-    inputs: tuple[str, ...],
-    outputs: tuple[str, ...],
-    has_verdict: bool,
-    stop_time_s: float | None,
-    step_s: float,
-) -> Iterator[Case]:
+def _stepped(run: _Run) -> Iterator[Case]:
     """An FMU of FMI 2.0 at its start, or after steps of co-simulation: one instance for all cases."""
     from gtm_fmu.aircraft.client import FmuClient, FmuError
 
-    steps = 0 if stop_time_s is None else round(stop_time_s / step_s)
+    steps = 0 if run.stop_time_s is None else round(run.stop_time_s / run.step_s)
     try:
-        client = FmuClient(path)
+        client = FmuClient(run.path)
     except FmuError as error:
         raise InputError(str(error)) from None
 
@@ -77,10 +84,10 @@ def _stepped(
         try:
             if steps:
                 client.reset()
-            client.set(inputs, point)
+            client.set(run.inputs, point)
             for _ in range(steps):
-                client.step(step_s)
-            return None if has_verdict and not client.get_boolean(FEASIBLE) else client.get(outputs)
+                client.step(run.step_s)
+            return None if run.has_verdict and not client.get_boolean(FEASIBLE) else client.get(run.outputs)
         except FmuError:
             with suppress(FmuError):
                 client.reset()
@@ -91,42 +98,35 @@ def _stepped(
 
 
 @contextmanager
-def _simulated(
-    path: Path,
-    inputs: tuple[str, ...],
-    outputs: tuple[str, ...],
-    has_verdict: bool,
-    stop_time_s: float | None,
-    step_s: float,
-) -> Iterator[Case]:
+def _simulated(run: _Run) -> Iterator[Case]:
     """Any other FMU, for model exchange or of FMI 1.0 or 3.0, after a simulation by FMPy."""
     import fmpy
 
-    if stop_time_s is None:
-        raise InputError(f"'{path}' is not of FMI 2.0, so it has to be simulated: give --stop-time-s.")
-    recorded = [*outputs, FEASIBLE] if has_verdict else list(outputs)
+    if run.stop_time_s is None:
+        raise InputError(f"'{run.path}' is not of FMI 2.0, so it has to be simulated: give --stop-time-s.")
+    recorded = [*run.outputs, FEASIBLE] if run.has_verdict else list(run.outputs)
     with temporary_folder() as folder:
         try:
-            fmpy.extract(path, folder)
+            fmpy.extract(run.path, folder)
             description = fmpy.read_model_description(folder)
         except Exception as error:
-            raise InputError(f"'{path}' cannot be unpacked ({error}): build it again.") from None
+            raise InputError(f"'{run.path}' cannot be unpacked ({error}): build it again.") from None
 
         def case(point: np.ndarray) -> list[float] | None:
             try:
                 found = fmpy.simulate_fmu(
                     str(folder),
                     model_description=description,
-                    start_values=dict(zip(inputs, point.tolist(), strict=True)),
+                    start_values=dict(zip(run.inputs, point.tolist(), strict=True)),
                     output=recorded,
-                    stop_time=stop_time_s,
-                    step_size=step_s,
-                    output_interval=step_s,
+                    stop_time=run.stop_time_s,
+                    step_size=run.step_s,
+                    output_interval=run.step_s,
                     validate=False,
                 )[-1]
             except Exception:  # whichever an FMU, its loader or the integrator raises
                 return None
-            return None if has_verdict and not found[FEASIBLE] else [float(found[name]) for name in outputs]
+            return None if run.has_verdict and not found[FEASIBLE] else [float(found[name]) for name in run.outputs]
 
         yield case
 

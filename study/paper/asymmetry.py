@@ -17,7 +17,7 @@ from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.envelopes.envelope import FlightCondition
-from gtm_fmu.errors import InputError
+from gtm_fmu.errors import script
 
 SHARES = {"median": 50, "90 %": 90, "largest": 100}
 
@@ -40,21 +40,17 @@ def differences(cases: int, configuration: Configuration | None = None) -> np.nd
     return np.abs(apart)[np.isfinite(apart).all(axis=1)]
 
 
-def main() -> int:
+@script
+def main() -> None:
     """Print them; 2 for a number of cases that is none."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cases", nargs="?", type=int, default=400, help="cases off the lattice (400)")
-    try:
-        found = differences(parser.parse_args().cases)
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return 2
+    found = differences(parser.parse_args().cases)
     title = f"{len(found)} failures of the rudder and their mirror images"
     table = Table("kn", *SHARES, title=title, title_justify="left")
     for name, apart in zip(("V_min", "V_max"), found.T, strict=True):
         table.add_row(name, *(f"{value:.2f}" for value in np.percentile(apart, list(SHARES.values()))))
     Console().print(table)
-    return 0
 
 
 if __name__ == "__main__":

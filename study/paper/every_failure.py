@@ -23,7 +23,7 @@ from gtm_fmu.aircraft.inputs import CHOICES, INPUTS, LIMITED, Column, limit_colu
 from gtm_fmu.airframe.names import CONTROLS
 from gtm_fmu.datasets.cases import GivenCases
 from gtm_fmu.datasets.paper import ALTITUDE_FT, GAMMA_DEG
-from gtm_fmu.errors import InputError
+from gtm_fmu.errors import script
 from sensitivity.redraw_ratios import RedrawRatios
 from study.paper.rudder_grid import RESULTS, write_arrays
 from study.progress import stages
@@ -137,23 +137,19 @@ def results() -> dict[str, Any]:
     return found
 
 
-def main() -> int:
+@script
+def main() -> None:
     """Compute the envelopes of both designs and write the file of the package into a folder."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="where the data sets go, and the file made of them")
     parser.add_argument("--workers", type=int, help="processes; default one a core")
     given = parser.parse_args()
     found = {}
-    try:
-        with stages(Console(stderr=True)) as stage:
-            for name in SCENARIOS:
-                with stage(f"Envelopes of {name}") as advance:
-                    found[name] = solve(given.folder, name, workers=given.workers, progress=advance)
-        write_arrays(given.folder / FILE.name, found)
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return 2
-    return 0
+    with stages(Console(stderr=True)) as stage:
+        for name in SCENARIOS:
+            with stage(f"Envelopes of {name}") as advance:
+                found[name] = solve(given.folder, name, workers=given.workers, progress=advance)
+    write_arrays(given.folder / FILE.name, found)
 
 
 if __name__ == "__main__":

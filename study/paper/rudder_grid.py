@@ -23,7 +23,7 @@ from gtm_fmu.datasets.axes import levels, limit_levels
 from gtm_fmu.datasets.cases import CaseTable
 from gtm_fmu.datasets.paper import ALTITUDE_FT, GAMMA_DEG
 from gtm_fmu.envelopes.thrust_map import ThrustMap
-from gtm_fmu.errors import InputError
+from gtm_fmu.errors import script
 from gtm_fmu.files import write_whole
 from study.progress import stages
 
@@ -142,20 +142,16 @@ def solve(
     return {name: data[name].values for name in RESULTS}
 
 
-def main() -> int:
+@script
+def main() -> None:
     """Compute the jams and write the file of the package into a folder; 2 where that cannot be done."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="where the data set goes, and the file made of it")
     parser.add_argument("--workers", type=int, help="processes; default one a core")
     given = parser.parse_args()
-    try:
-        with stages(Console(stderr=True)) as stage, stage("Envelopes of jammed rudders") as advance:
-            found = solve(given.folder, workers=given.workers, progress=advance)
-        write_arrays(given.folder / FILE.name, found)
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return 2
-    return 0
+    with stages(Console(stderr=True)) as stage, stage("Envelopes of jammed rudders") as advance:
+        found = solve(given.folder, workers=given.workers, progress=advance)
+    write_arrays(given.folder / FILE.name, found)
 
 
 def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:

@@ -11,7 +11,7 @@ from sklearn.utils import check_random_state
 
 from surrogate.estimators.regressor import ALLOWED, SurrogateRegressor, progress_bar
 from surrogate.models.network import Network
-from surrogate.training.levenberg_marquardt import Schedule
+from surrogate.training.least_squares import Schedule
 from surrogate.training.settings import check
 from surrogate.training.train import METHODS, Method, train_networks
 

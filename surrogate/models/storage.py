@@ -14,7 +14,8 @@ from gtm_fmu.files import write_whole
 from surrogate.models.evaluation import Variable
 
 VERSION = 2
-FORMATS = ("surrogate.Network", "surrogate.LocalModelNetwork")
+PREFIX = "surrogate."
+"""Of the format of every model; the name of its class follows."""
 
 
 class StoredModel:
@@ -52,18 +53,18 @@ def read_model(path: Path, *kinds: type[StoredModel]) -> Any:
         raise ValueError(f"cannot read the model file '{path}' ({error.strerror}): give another path.") from error
     except (ValueError, RecursionError) as error:
         raise ValueError(f"'{path}' is not a model file or is damaged: save the model again.") from error
-    if not isinstance(document, dict) or document.get("format") not in [*FORMATS]:
+    found = document.get("format") if isinstance(document, dict) else None
+    if not isinstance(found, str) or not found.startswith(PREFIX):
         raise ValueError(f"'{path}' is a JSON file but holds no model: give a file that a model's `save` wrote.")
     if document.get("version") != VERSION:
         raise ValueError(f"'{path}' has the format version {document.get('version')}, but only {VERSION} can be read.")
     content = document.get("model")
     if not isinstance(content, dict) or document.get("checksum") != _checksum(content):
         raise ValueError(f"'{path}' is damaged, as its checksum does not match its content: save the model again.")
-    found = document["format"]
     fitting = [kind for kind in kinds if _format(kind) == found]
     if not fitting:
         needed = " or a ".join(kind.__name__ for kind in kinds)
-        raise ValueError(f"'{path}' holds a {found.split('.')[1]}, but a {needed} is needed: give its file.")
+        raise ValueError(f"'{path}' holds a {found.removeprefix(PREFIX)}, but a {needed} is needed: give its file.")
     try:
         return fitting[0].from_plain(content)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
@@ -71,7 +72,7 @@ def read_model(path: Path, *kinds: type[StoredModel]) -> Any:
 
 
 def _format(kind: type) -> str:
-    return f"surrogate.{kind.__name__}"
+    return f"{PREFIX}{kind.__name__}"
 
 
 def _plain(value: Any) -> Any:

@@ -16,7 +16,7 @@ from gtm_fmu.datasets.cases import CaseTable, Sampling
 from gtm_fmu.datasets.off_lattice import CALIBRATION_CASES, CALIBRATION_SEED, DEVIATIONS, LEVEL, OffLattice, case_table
 from surrogate.models.network import Network
 from surrogate.rudder.emulator import INPUTS, SPEEDS, RudderEmulator, train
-from surrogate.training.levenberg_marquardt import Schedule
+from surrogate.training.least_squares import Schedule
 from surrogate.training.train import train_networks
 
 CASES, CASES_SEED, SEED = 16384, 11, 0

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from surrogate.models.local_models import LocalModelNetwork
 from surrogate.models.network import Network
 from surrogate.scaling import Array, to_unit
-from surrogate.training.levenberg_marquardt import History, Schedule
+from surrogate.training.least_squares import History, Schedule
 from surrogate.training.train import Method, checked_samples, generator, train_networks
 
 Rows = NDArray[np.int64]

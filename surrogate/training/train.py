@@ -13,7 +13,8 @@ from surrogate.models.local_models import LocalModelNetwork
 from surrogate.models.network import Network, parameter_count
 from surrogate.scaling import Array, column_ranges, to_symmetric, to_unit
 from surrogate.training.hilomot import Hilomot
-from surrogate.training.levenberg_marquardt import PLAIN_SCHEDULE, Fit, History, Schedule, train
+from surrogate.training.least_squares import PLAIN_SCHEDULE, Fit, History, Schedule
+from surrogate.training.levenberg_marquardt import train
 from surrogate.training.local_training import Growth, LocalSettings, ScaledSamples, Splitter, grow
 from surrogate.training.lolimot import Lolimot
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow, split_parameters

@@ -9,7 +9,8 @@ from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
 from surrogate.training.bayesian_regularization import effective_parameters
-from surrogate.training.levenberg_marquardt import Schedule, train
+from surrogate.training.least_squares import Schedule
+from surrogate.training.levenberg_marquardt import train
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow
 
 pytestmark = pytest.mark.slow

@@ -6,7 +6,8 @@ import torch
 from scipy.optimize import least_squares
 
 from surrogate import Schedule, train_networks
-from surrogate.training.levenberg_marquardt import PLAIN_SCHEDULE, train
+from surrogate.training.least_squares import PLAIN_SCHEDULE
+from surrogate.training.levenberg_marquardt import train
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 from tests.surrogate.conftest import INPUTS, OUTPUTS, random_inputs, smooth_function
 
