@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.progress import Advance
 from sensitivity import plot_bars
+from study.explorer.page import explorer_page
 from study.figures import maps as map_figures
 from study.figures.families import family_page, plot_family
 from study.files import save_figure, write_text
@@ -182,6 +184,15 @@ def _sensitivity(run: Run, advance: Advance, written: Written) -> dict[str, Any]
     return {"sensitivity": found, "failures": every_failure.results()}
 
 
+def _explorer(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
+    """The page, where there is a compiler for browsers."""
+    if find_spec("ziglang") is None:
+        return {"explorer": "left out: it needs Zig, pip install 'gtm-fmu[cross]'"}
+    written.append(run.folder / "explorer.html")
+    write_text(explorer_page(), written[-1])
+    return {"explorer": written[-1].name}
+
+
 STAGES = (
     Stage("trims", "Trims over the FMU and in the core", _trims),
     Stage("lattice", "Envelopes of the lattice", _lattice),
@@ -189,6 +200,7 @@ STAGES = (
     Stage("volume", "Envelopes over flight path", _volume),
     Stage("limits", "Highest speed over rudder limits", _limits),
     Stage("surrogate-fmu", "FMU of the surrogate", _surrogate_fmu),
+    Stage("explorer", "Page of the explorer", _explorer),
     Stage("networks", "The paper's networks", _networks, ("lattice",)),
     Stage("sensitivity", "Sensitivity", _sensitivity, ("networks",)),
     Stage("feasibility", "Where an envelope exists", _feasibility),

@@ -167,7 +167,7 @@ class TestAgain:
                 quietly(tmp_path)
         before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir() if path.is_file()}
         told = json.loads((tmp_path / "results.json").read_text())
-        assert told.keys() == {"trims", "envelopes", "surrogate_fmu", "thrust_map"}
+        assert told.keys() == {"trims", "envelopes", "surrogate_fmu", "thrust_map", "explorer"}
         quietly(tmp_path)
         assert names(tmp_path) == names(folder)
         for name in ("GtmDynamics.fmu", "envelope_jams.png", "volume.html"):
