@@ -37,10 +37,19 @@ LAYERS = {
         "solver/rudder_curve.c",
         "solver/trim.c",
         "solver/ends.c",
+        "solver/end_slopes.c",
         "solver/grid.c",
     ),
     "the GTM-T2 as the solver takes it": ("gtm_t2.c",),
-    "public functions": ("manoeuvres.c", "linear_model.c", "query.c", "sections.c", "failure.c", "failure_slopes.c"),
+    "public functions": (
+        "manoeuvres.c",
+        "slopes.c",
+        "linear_model.c",
+        "query.c",
+        "sections.c",
+        "failure.c",
+        "failure_slopes.c",
+    ),
 }
 """From the bottom up: a file calls only functions of files before it, and so do the layers."""
 

@@ -7,7 +7,7 @@ ones.
 """
 
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,8 @@ from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, Range
 from gtm_fmu.airframe.names import RUDDER, THROTTLE, TWO_THROTTLE_CONTROLS, V
 from gtm_fmu.core import solver
+from gtm_fmu.envelopes import multipliers
+from gtm_fmu.envelopes.multipliers import Slope
 from gtm_fmu.trims import manoeuvre
 from gtm_fmu.trims.manoeuvre import Trim
 from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
@@ -39,6 +41,7 @@ class Envelope:
         feasible: such manoeuvres exist. If not, speeds and trims are None.
         t_min_pct: least throttle of a steady manoeuvre that keeps every other limit; an envelope exists when it is
             no more than the throttle's upper limit. None if even that does not exist, or if each engine has a throttle.
+        alpha_deg, phi_deg: bounds of the manoeuvres.
         nearest: without an envelope, the manoeuvre that exceeds the limits least, if any was found.
     """
 
@@ -52,6 +55,17 @@ class Envelope:
     at_v_min: Trim | None
     at_v_max: Trim | None
     nearest: Trim | None = None
+    alpha_deg: Range = ALPHA_DEG
+    phi_deg: Range = PHI_DEG
+
+    @cached_property
+    def slopes(self) -> tuple[Slope, ...]:
+        """What moves V_min and V_max: altitude, flight path, every limit and the airframe; none without an envelope."""
+        if not (self.at_v_min and self.at_v_max):
+            return ()
+        bounds = manoeuvre.bounds(self.failure, self.alpha_deg, self.phi_deg)
+        ends = self.at_v_min.unknowns, self.at_v_max.unknowns
+        return multipliers.slopes(self.altitude_ft, self.gamma_deg, self.failure, bounds, ends)
 
     @property
     def limits(self) -> ControlLimits:
@@ -121,6 +135,8 @@ class FlightCondition:
             nearest=None
             if feasible
             else self._trim(min(low, high, key=lambda end: (end.status, end.violation)), limits),
+            alpha_deg=self.alpha_deg,
+            phi_deg=self.phi_deg,
         )
 
     def least_throttle(self, rudder_deg: Range | None = None) -> float | None:

@@ -5,12 +5,15 @@ or on a breakpoint of the tables, the two sides differ. With D(s) the difference
 2 D(s/2) - D(s), which leaves an error of the second order. Where the speed jumps, as V_max does at a fold of the thrust
 required, the quotients grow as the step shrinks, and there is no slope.
 
+`Envelope.slopes` are the same derivatives by the multipliers of the optimum, a thousand times faster. These differences
+prove them, and see in addition what multipliers can not: jumps, and what a larger step costs.
+
 A limit that neither end touches is free: an envelope that shrinks, but keeps both of its ends, has the same ends.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +24,7 @@ from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, WIDEST, Range
 from gtm_fmu.airframe.names import CONTROLS, TWO_THROTTLE_CONTROLS, V
 from gtm_fmu.core.solver import dead_controls
 from gtm_fmu.envelopes.envelope import Envelope, FlightCondition
+from gtm_fmu.envelopes.multipliers import Sides
 from gtm_fmu.trims.manoeuvre import Trim
 from gtm_fmu.units import KT_PER_FT_S
 
@@ -72,16 +76,6 @@ class Quantity:
         return float(np.clip(self.value + amount, *self.allowed))
 
 
-class Sides(NamedTuple):
-    """The slope of an end in kn per ft, deg or %, towards smaller and larger values of a quantity.
-
-    None where the quantity may not move that way, or no envelope is left there, or the speed jumps.
-    """
-
-    below: float | None
-    above: float | None
-
-
 @dataclass(frozen=True)
 class Change:
     """A quantity moved by a larger step, and the exact ends then; None without an envelope."""
@@ -96,7 +90,7 @@ class QuantitySlopes:
     """What a quantity does to both ends.
 
     Attributes:
-        v_min, v_max: slopes.
+        v_min, v_max: slopes in kn per ft, deg or %.
         kinks: ends, of ``v_min`` and ``v_max``, whose slopes to both sides differ.
         jumps: ends that jump within the step to one side, as ``v_max.above``.
         changes: the quantity moved by one of `LARGER_STEPS`: a limit inwards only, what is no limit both ways.

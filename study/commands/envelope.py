@@ -29,8 +29,9 @@ def envelope(
 ) -> None:
     """Lowest and highest speed that a failure leaves, exact.
 
-    The trims at both ends come with them. Without any envelope "feasible" is false, the manoeuvre that exceeds the
-    limits least comes as the nearest, and the exit code is still 0.
+    The trims at both ends come with them, and the slopes: what each limit, the altitude, the flight path and the
+    airframe move the speeds by. Without any envelope "feasible" is false, the manoeuvre that exceeds the limits least
+    comes as the nearest, and the exit code is still 0.
     With --over, envelopes along an axis with their polygons, as --over gamma -5 5 1 or --over rudder -30 30 10.
     """
     from gtm_fmu.envelopes.envelope import FlightCondition
@@ -52,6 +53,7 @@ def envelope(
     values = found.to_dict() | {"intervals_kt": condition.intervals()}
     for end in ("at_v_min", "at_v_max", "nearest"):
         values[end] = (trim := getattr(found, end)) and described(trim)
+    values["slopes"] = {slope.name: slope.to_dict() for slope in found.slopes}
     if plot:
         from study.figures.envelopes import save_envelope
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gtm_fmu.envelopes.envelope import Envelope
+from gtm_fmu.envelopes.multipliers import Sides, Slope
 from gtm_fmu.trims.linearization import LinearModel
 from gtm_fmu.trims.manoeuvre import Trim
 from study.figures import captions
@@ -33,10 +34,30 @@ def envelope_rows(envelope: Envelope, values: Mapping[str, Any]) -> Rows:
     rows = {name: values[name] for name in _ANSWERS} | {"condition": at, "failure": captions.failure(envelope.failure)}
     rows["speeds with a manoeuvre, kn"] = [f"{low:.2f} .. {high:.2f}" for low, high in values["intervals_kt"]]
     rows |= {name: values[name] for name in ("t_min_pct", "plot") if name in values}
+    rows |= {
+        f"slopes over {slope.name}, {slope.units}": _both_ends(slope) for slope in envelope.slopes if _moves(slope)
+    }
     for name, title in (("at_v_min", "at V_min: "), ("at_v_max", "at V_max: "), ("nearest", "nearest manoeuvre: ")):
         if trim := getattr(envelope, name):
             rows |= {title + k: v for k, v in trim_rows(trim, values[name]).items() if k not in _KNOWN}
     return rows
+
+
+def _moves(slope: Slope) -> bool:
+    return any(slope.v_min) or any(slope.v_max)
+
+
+def _both_ends(slope: Slope) -> list[str]:
+    return [f"{title} {_sides(end)}" for title, end in (("V_min", slope.v_min), ("V_max", slope.v_max))]
+
+
+def _sides(slope: Sides) -> str:
+    """One number, or two at a kink."""
+    below, above = slope
+    if slope.has_kink:
+        return f"{below:+.4g} below, {above:+.4g} above"
+    known = [value for value in slope if value is not None]
+    return f"{known[0]:+.4g}" if known else "unknown"
 
 
 def _with_sides(values: Mapping[str, Any]) -> Rows:

@@ -8,8 +8,7 @@
 /* Row scale of the residual: g and 1 rad/s^2 weigh alike in pivoting. */
 static const double row_scale[GTM_NF] = {0.03, 0.03, 0.03, 1, 1, 1};
 
-/* y, at least `slack` (in scale units) inside the cell. */
-static void move_inside(const double *y, const gtm_problem *p, const gtm_cell *c, double slack, double *within)
+void gtm_move_inside(const double *y, const gtm_problem *p, const gtm_cell *c, double slack, double *within)
 {
     for (int i = 0; i < p->unknowns; i++) {
         const double room = slack * p->aircraft->scale[i];
@@ -70,7 +69,7 @@ int gtm_tangent_at(const double *y, const gtm_problem *p, const int *is_free, co
     double within[GTM_MOST_UNKNOWNS] = {0};
     const int n = p->unknowns;
     int *column = out->column, free_count = 0;
-    move_inside(y, p, c, gtm_border, within);
+    gtm_move_inside(y, p, c, gtm_border, within);
     if (!J || memcmp(within, y, sizeof *y * (size_t)n)) {
         p->aircraft->jacobian(p, within, F, J_within);
         J = J_within;
@@ -88,6 +87,18 @@ int gtm_tangent_at(const double *y, const gtm_problem *p, const int *is_free, co
     return 0;
 }
 
+int gtm_follow(const gtm_tangent *at_y, const double dF[GTM_NF], double *step)
+{
+    double A[GTM_NF * GTM_NF], by[GTM_NF];
+    for (int i = 0; i < GTM_NF; i++) {
+        memcpy(A + i * GTM_NF, at_y->slope[i], GTM_NF * sizeof *A);
+        by[i] = -dF[i] * row_scale[i];
+    }
+    if (gtm_solve(GTM_NF, A, by)) return 1;
+    for (int s = 0; s < GTM_NF; s++) step[at_y->column[s]] = by[s];
+    return 0;
+}
+
 /* F(y(z)) = 0 differentiated twice: the six that follow have J_B y'' = -(dJ/dz_j) dy/dz_k, by differences of J. */
 int gtm_curvature_at(const double *y, const gtm_problem *p, const gtm_cell *c, const gtm_tangent *at_y,
                      gtm_curvature *out)
@@ -97,7 +108,7 @@ int gtm_curvature_at(const double *y, const gtm_problem *p, const gtm_cell *c, c
     double F[GTM_NF], J[GTM_NF * GTM_MOST_UNKNOWNS], base[GTM_MOST_UNKNOWNS] = {0}, there[GTM_MOST_UNKNOWNS];
     double slope[GTM_NF][GTM_MOST_UNKNOWNS], moved[GTM_NF][GTM_MOST_UNKNOWNS];
     memset(out, 0, sizeof *out);
-    move_inside(y, p, c, 2 * reach, base);
+    gtm_move_inside(y, p, c, 2 * reach, base);
     if (memcmp(base, y, sizeof *y * (size_t)p->unknowns)) {
         p->aircraft->jacobian(p, base, F, J);
         order_slopes(p, J, free_count, at_y->column, slope);

@@ -23,6 +23,13 @@ typedef struct {
 int gtm_tangent_at(const double *y, const gtm_problem *p, const int *is_free, const gtm_cell *c, const double *J,
                    gtm_tangent *out);
 
+/* y, at least `slack` (in scale units) inside the cell. */
+void gtm_move_inside(const double *y, const gtm_problem *p, const gtm_cell *c, double slack, double *within);
+
+/* Scaled step of the six unknowns that follow when the accelerations change by dF and the others stay; 1 when singular.
+   Only these six of `step` are set. */
+int gtm_follow(const gtm_tangent *at_y, const double dF[GTM_NF], double *step);
+
 /* Curvature inside cell c; 1 when it has none. */
 int gtm_curvature_at(const double *y, const gtm_problem *p, const gtm_cell *c, const gtm_tangent *at_y,
                      gtm_curvature *out);
