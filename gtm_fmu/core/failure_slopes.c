@@ -1,23 +1,20 @@
-/* Slopes of answers under a failure, by the theorem on implicit functions: F(y, numbers) = 0 with as many unknowns held as
-   the manifold of trims has dimensions. At an end of an envelope these are the unknowns at their bounds and on breakpoints;
-   where they are fewer, the end is stationary along what is left, and any other unknown may be held in addition. */
+/* Slopes of answers under a failure. Those of the ends of an envelope are the multipliers of the optimum (gtm_slopes.h).
+   Those of a trim follow by the theorem on implicit functions: F(y, numbers) = 0 with as many unknowns held as the manifold
+   of trims has dimensions. */
 #include <math.h>
 #include <string.h>
 
 #include "failure.h"
 #include "generated/unknowns.h"
 #include "gtm_sections.h"
+#include "gtm_slopes.h"
 #include "gtm_t2.h"
-#include "solver/cell.h"
 #include "solver/linear_algebra.h"
 
 enum { MOST = GTM_MOST_UNKNOWNS, GAMMA = 1 };
 
 /* Of a scale unit: this near to a bound an unknown is held by it. */
 static const double near_bound = 1e-6;
-
-/* The same of a breakpoint at an end: where an end is flat, it is found less exactly. */
-static const double near_breakpoint = 0.02;
 
 /* A trim, and what holds it. A held unknown has the side of its bound, or NO_BOUND: it stays where it is; with both
    throttles together, the last condition is that they stay so. */
@@ -181,63 +178,41 @@ static void slopes_of_unknowns(const place *p, int number, double dy[MOST])
 
 /* ---- Ends ---- */
 
-/* How far y is from a breakpoint of an unknown, in typical sizes. */
-static double distance_to_breakpoint(const place *p, int unknown)
+/* Towards larger values of a number, where it may grow. */
+static double growing(gtm_slope s)
 {
-    const gtm_cell cell = gtm_cell_at(&p->flight.problem, p->y, p->bounds.upper);
-    return fmin(p->y[unknown] - cell.lower[unknown], cell.upper[unknown] - p->y[unknown]) / gtm_scale[unknown];
+    return isfinite(s.above) ? s.above : s.below;
 }
 
-/* The unknown, held by nothing yet, that is nearest to a breakpoint; -1 if none is as near as an end is found. */
-static int nearest_to_breakpoint(const place *p, int unknown)
+/* Of a limit towards smaller values, where it may shrink. */
+static double shrinking(gtm_slope s)
 {
-    int nearest = -1;
-    double least = near_breakpoint;
-    for (int i = 0; i < p->flight.problem.unknowns; i++) {
-        if (i == unknown || is_held(p, i) || !(distance_to_breakpoint(p, i) < least)) continue;
-        least = distance_to_breakpoint(p, i);
-        nearest = i;
+    return isfinite(s.below) ? s.below : s.above;
+}
+
+/* Slopes of the trim y where an unknown ends, the least value (sign 1) or the greatest (-1). Those of limits are inwards;
+   of a jam each limit moves outwards. */
+static int slopes_of_end(const gtm_failure *f, const gtm_remainder *left, double altitude, double gamma,
+                         const double *y, int unknown, double sign, double slopes[GTM_TOLD])
+{
+    double objective[MOST] = {0};
+    gtm_slopes s;
+    objective[unknown] = sign;
+    gtm_end_slopes(gtm_airframe_left(left), left->throttles, altitude, gamma, left->lower, left->upper, objective, y, &s);
+    slopes[0] = growing(s.altitude);
+    slopes[GAMMA] = growing(s.gamma);
+    const double *const moving[] = {&f->stabilizer, &f->flaps, &f->spoilers, &f->fuel_used};
+    const gtm_slope of[] = {s.stabilizer, s.flaps, s.spoilers, s.fuel_used};
+    for (int k = 0; k < (int)(sizeof moving / sizeof *moving); k++)
+        slopes[GTM_ASKED + (moving[k] - (const double *)f)] = growing(of[k]);
+    for (int i = 0; i < GTM_NT - GTM_ONE_THROTTLE + (int)left->throttles; i++) {
+        const int *const from = left->from[i];
+        if (from[0] >= 0) slopes[from[0]] += growing(s.lower[i]);
+        if (from[1] >= 0) slopes[from[1]] += shrinking(s.upper[i]);
     }
-    return nearest;
-}
-
-/* Hold unknowns in addition that leave the end of another one as it is, until enough are: of all choices the one that
-   makes least of what is left of the accelerations. */
-static int complete(place *p, int unknown, int from)
-{
-    place best = *p;
-    double least = INFINITY;
-    if (p->count == p->needed) return invert(p);
-    for (int i = from; i < p->flight.problem.unknowns; i++) {
-        place trial = *p;
-        double size = 0;
-        if (i == unknown || is_held(p, i)) continue;
-        hold(&trial, i, NO_BOUND);
-        if (complete(&trial, unknown, i + 1)) continue;
-        for (int c = 0; c < trial.flight.problem.unknowns; c++)
-            for (int k = 0; k < trial.flight.problem.unknowns; k++)
-                size = fmax(size, fabs(trial.inverse[k][c]) / gtm_scale[k]);
-        if (size < least) {
-            least = size;
-            best = trial;
-        }
-    }
-    *p = best;
-    return !isfinite(least);
-}
-
-/* Slopes of an unknown at the trim where it ends, the least value (sign 1) or the greatest (-1). */
-static int slopes_of_end(place *p, int unknown, double sign, double slopes[GTM_TOLD])
-{
-    hold_jams(p);
-    hold_at_bounds(p);
-    for (int i = 0; p->count < p->needed && (i = nearest_to_breakpoint(p, unknown)) >= 0;) hold(p, i, NO_BOUND);
-    if (complete(p, unknown, 0)) return GTM_NO_SLOPES;
-    choose_sides_of_jams(p, unknown, sign);
     for (int number = 0; number < GTM_TOLD; number++) {
-        double dy[MOST];
-        slopes_of_unknowns(p, number, dy);
-        slopes[number] = dy[unknown];
+        if (!isfinite(slopes[number])) return GTM_NO_SLOPES;
+        slopes[number] *= sign;
     }
     return GTM_LEFT;
 }
@@ -249,10 +224,8 @@ int gtm_failure_envelope_slopes(const gtm_failure_case *at, const gtm_failure *f
     gtm_remainder left;
     int fault = gtm_take_case(at, f, lower, upper, &left);
     memset(slopes, 0, 2 * sizeof *slopes);
-    for (int k = 0; k < 2 && !fault && end[k][V] > 0; k++) {
-        place p = place_at(f, &left, at->altitude, at->gamma, end[k]);
-        fault = slopes_of_end(&p, V, k ? -1 : 1, slopes[k]);
-    }
+    for (int k = 0; k < 2 && !fault && end[k][V] > 0; k++)
+        fault = slopes_of_end(f, &left, at->altitude, at->gamma, end[k], V, k ? -1 : 1, slopes[k]);
     return fault;
 }
 
@@ -272,8 +245,7 @@ int gtm_failure_turn_rate_slopes(const gtm_failure_manoeuvre *at, const gtm_fail
         if (gtm_extreme(gtm_airframe_left(&left), left.throttles, at->altitude, at->gamma, left.lower, left.upper,
                         objective, 1, found.y[k ? found.count - 1 : 0][k], y, &violation) != GTM_TRIMMED)
             return GTM_NO_SLOPES;
-        place p = place_at(f, &left, at->altitude, at->gamma, y);
-        fault = slopes_of_end(&p, PSI_DOT, objective[PSI_DOT], slopes[k]);
+        fault = slopes_of_end(f, &left, at->altitude, at->gamma, y, PSI_DOT, objective[PSI_DOT], slopes[k]);
     }
     return fault;
 }
