@@ -187,6 +187,22 @@ def compare() -> list[dict]:
     return rows
 
 
+def ranges(cases: int = 200) -> dict:
+    """Median ms of V_min and V_max of random ranges of the rudder that leave an envelope, nothing shared or known."""
+    rng, objective = np.random.default_rng(1), np.eye(NT)[V]
+    times: list[float] = []
+    while len(times) < cases:
+        altitude, gamma = rng.uniform(0, 30000), rng.uniform(-5, 5) * RAD_PER_DEG
+        lower, upper = np.sort(rng.uniform(-30, 30, 2)).tolist()
+        bounds = manoeuvre.bounds(ControlLimits(rudder_deg=(lower, upper)))
+        began = time.process_time()
+        found = [solver.envelope_end(altitude, gamma, *bounds, sign * objective) for sign in (1, -1)]
+        taken = time.process_time() - began
+        if all(end.status == solver.TRIMMED for end in found):
+            times.append(1e3 * taken)
+    return row(f"V_min and V_max of a range of the rudder, cold, median of {cases}", statistics.median(times), "ms")
+
+
 def lattice(workers: int) -> int:
     """Number of envelopes of the paper's lattice."""
     with TemporaryDirectory() as folder:
@@ -219,7 +235,7 @@ def measure(work: Callable[[int], int], workers: int) -> tuple[int, float, float
 
 
 def main() -> None:
-    rows = compare()
+    rows = [*compare(), ranges()]
     for workers in (1, 2):
         cases, wall, processor = measure(lattice, workers)
         name = f"lattice of {cases} envelopes with t_min and the trims at both ends, {_threads(workers)}"
