@@ -69,13 +69,20 @@ def bounds(
 
 
 def limits_hit(
-    y: np.ndarray, lower: np.ndarray, upper: np.ndarray, airframe: solver.Airframe = solver.STUDY
+    y: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    airframe: solver.Airframe = solver.STUDY,
+    tolerance: float = HELD_TOLERANCE,
 ) -> tuple[str, ...]:
-    """Bounds that a point holds or exceeds, as ``alpha.upper``; of jammed and held unknowns only those it exceeds."""
+    """Bounds that a point holds or exceeds, as ``alpha.upper``; of jammed and held unknowns only those it exceeds.
+
+    ``tolerance``: of an unknown's typical size; closer to a bound than this is held by it.
+    """
     names = []
     scales = solver.scale(airframe)
     for name, value, low, high, scale in zip(airframe.unknowns, y, lower, upper, scales, strict=True):
-        slack = HELD_TOLERANCE * scale * (-1 if low == high else 1)
+        slack = tolerance * scale * (-1 if low == high else 1)
         if value <= low + slack:
             names.append(f"{name}.lower")
         if value >= high - slack:
