@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from gtm_fmu.datasets.cases import CaseTable, GivenCases, Sampling
     from gtm_fmu.datasets.distribution import compute
     from gtm_fmu.envelopes.envelope import Envelope, FlightCondition, envelope
+    from gtm_fmu.envelopes.manoeuvres import Manoeuvres, manoeuvres
+    from gtm_fmu.envelopes.performance import Performance, performance
+    from gtm_fmu.envelopes.remedies import Remedy, remedies
+    from gtm_fmu.envelopes.sections import Section, climb_interval, speed_interval, turn_rate_interval
     from gtm_fmu.envelopes.slopes import EnvelopeSlopes, envelope_slopes
     from gtm_fmu.envelopes.thrust_map import ThrustMap
     from gtm_fmu.errors import InputError
@@ -40,12 +44,17 @@ __all__ = [
     "GivenCases",
     "InputError",
     "LinearModel",
+    "Manoeuvres",
+    "Performance",
     "RateLimits",
+    "Remedy",
     "Sampling",
+    "Section",
     "ThrustMap",
     "Trim",
     "__version__",
     "choices",
+    "climb_interval",
     "compute",
     "envelope",
     "envelope_slopes",
@@ -53,8 +62,13 @@ __all__ = [
     "levels",
     "limits_span",
     "linearize",
+    "manoeuvres",
+    "performance",
+    "remedies",
     "span",
+    "speed_interval",
     "trim",
+    "turn_rate_interval",
 ]
 
 _NAMES = {
@@ -63,6 +77,10 @@ _NAMES = {
     "aircraft.client": ("FmuClient", "FmuError"),
     "datasets.distribution": ("compute",),
     "envelopes.envelope": ("Envelope", "FlightCondition", "envelope"),
+    "envelopes.manoeuvres": ("Manoeuvres", "manoeuvres"),
+    "envelopes.performance": ("Performance", "performance"),
+    "envelopes.remedies": ("Remedy", "remedies"),
+    "envelopes.sections": ("Section", "climb_interval", "speed_interval", "turn_rate_interval"),
     "envelopes.slopes": ("EnvelopeSlopes", "envelope_slopes"),
     "trims.equilibrium": ("Equilibrium", "equilibrium"),
     "errors": ("InputError",),

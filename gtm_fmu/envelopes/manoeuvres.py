@@ -129,7 +129,7 @@ class Manoeuvres:
         return self.answers["y"][k, : len(self.failures[k].airframe.unknowns)].copy()
 
     def bounds(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bounds (9 or 10 each) of manoeuvre ``k`` in the core's units; speed and turn rate are held."""
+        """Lower and upper bounds (9 or 10 each) of manoeuvre ``k``, core units; they hold speed and turn rate."""
         lower, upper = manoeuvre.bounds(self.failures[k], *self.bounds_deg)
         lower[V] = upper[V] = self.asked.tas_kt[k] * FT_S_PER_KT
         lower[PSI_DOT] = upper[PSI_DOT] = self.asked.turn_rate_deg_s[k] * RAD_PER_DEG

@@ -1,15 +1,17 @@
 """What the aircraft can still do at an altitude: its fastest turns, tightest turns, climbs and glides, exact.
 
-Each extreme is one of all steady manoeuvres inside the limits, turning or not. At one flight path they are optima of the
-core's search over all starts. Over the flight path they are searched by such optima at many, then between them.
+Each extreme is one of all steady manoeuvres inside the limits, turning or not, slipping or not. At one flight path they
+are optima of the core's search over all starts. Over flight paths such optima at many are compared, and the best is
+closed in on between its neighbours.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from gtm_fmu.aircraft import ranges
 from gtm_fmu.aircraft.failures import Failure
@@ -18,13 +20,15 @@ from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, Range
 from gtm_fmu.airframe.names import PSI_DOT, THROTTLE, V
 from gtm_fmu.core import solver
 from gtm_fmu.envelopes.sections import speed_interval
+from gtm_fmu.progress import Advance
 from gtm_fmu.trims import manoeuvre
 from gtm_fmu.trims.manoeuvre import Trim
 from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
 
-_GRID_DEG = 1.5
-_PATH_TOLERANCE_DEG, _BEYOND_DEG = 1e-5, 0.01
-_GOLDEN = 0.5 * (math.sqrt(5) - 1)
+_STEP_DEG, _PATH_TOLERANCE_DEG = 1.0, 1e-6
+"""Of flight paths: no climb or glide that is possible begins and ends within such a step."""
+_PATHS, _SINKING_DEG = 25, 12.0
+"""Flight paths at which the vertical speed is looked at first, and how far below the flattest glide."""
 _FRACTION_STEPS, _FRACTION_TOLERANCE = 12, 1e-9
 _FT_MIN_PER_FT_S = 60.0
 
@@ -102,21 +106,15 @@ class _Search:
         idle.upper[THROTTLE:] = idle.lower[THROTTLE:]
         return idle
 
-    def least(
-        self, objective: np.ndarray, gamma: float, starts: np.ndarray | None = None, side: int = 0
-    ) -> np.ndarray | None:
-        """Unknowns of least objective.y, from given starts or from all over; None where nothing is inside.
+    def least(self, objective: np.ndarray, gamma: float, side: int = 0) -> np.ndarray | None:
+        """Unknowns of least objective.y, sought from all over; None where nothing is inside.
 
         ``side``: -1 for turns to the left only, 1 for those to the right.
         """
         lower, upper = self.lower.copy(), self.upper.copy()
         if side:
             (lower if side > 0 else upper)[PSI_DOT] = 0.0
-        at = self.altitude_ft, gamma, lower, upper, objective
-        if starts is None:
-            found = solver.envelope_end(*at, self.airframe)
-        else:
-            found = solver.extreme(*at, starts, self.airframe)
+        found = solver.envelope_end(self.altitude_ft, gamma, lower, upper, objective, self.airframe)
         return found.y if found.status == solver.TRIMMED else None
 
     def unit(self, column: int, sign: float) -> np.ndarray:
@@ -140,92 +138,48 @@ class _Search:
             best = found
         return best
 
-    def vertical(self, gamma: float, sign: float, starts: np.ndarray | None = None) -> _Best | None:
-        """The manoeuvre of most (sign +) or least (sign -) speed along a path, by its vertical speed in ft/s."""
-        y = self.least(self.unit(V, -sign), gamma, starts)
-        return None if y is None else _Best(float(y[V] * math.sin(gamma)), gamma, y)
-
-    def highest_path(self) -> _Best | None:
-        """The largest flight-path angle with a manoeuvre."""
-        inside, outside = None, None
-        for gamma in self._paths():
-            if (found := self._any(gamma)) is not None:
-                inside = found
-                break
-            outside = gamma
-        if inside is None:
-            return None
-        if outside is None:
-            return inside
-        while True:
-            inside = self._last_inside(inside, outside)
-            beyond = inside.gamma + _BEYOND_DEG * RAD_PER_DEG
-            if beyond >= outside or (found := self._any(beyond)) is None:
-                return inside
-            inside = found
-
-    def fastest_vertical(self, highest: _Best, is_down: bool) -> _Best:
-        """Most vertical speed at paths up to the highest: of a climb, or of a glide that sinks least."""
-        sign, top = -1.0 if is_down else 1.0, highest.gamma
-        paths = [gamma for gamma in self._paths() if gamma < top and (is_down or gamma > 0)]
-        found = [best for gamma in paths if (best := self.vertical(gamma, sign)) is not None]
-        found.append(_Best(float(highest.y[V] * math.sin(top)), top, highest.y))
-        found.sort(key=lambda best: best.gamma)
-        peaks = sorted(range(len(found)), key=lambda k: -found[k].value)[:2]
-        refined = [self._refined(found, k, sign) for k in peaks]
-        best = max(refined, key=lambda each: each.value)
-        again = self.vertical(best.gamma, sign)
-        return best if again is None or again.value <= best.value else again
-
-    def _paths(self) -> Iterator[float]:
-        """Flight-path angles from the steepest climb to the steepest descent."""
+    def steepest(self) -> _Best | None:
+        """The largest flight-path angle at which there is any manoeuvre."""
         low, high = ranges.GAMMA_DEG
-        return iter((np.arange(high, low, -_GRID_DEG) * RAD_PER_DEG).tolist())
-
-    def _any(self, gamma: float, starts: np.ndarray | None = None) -> _Best | None:
-        y = self.least(self.unit(V, 1.0), gamma, starts)
-        return None if y is None else _Best(gamma, gamma, y)
-
-    def _last_inside(self, inside: _Best, outside: float) -> _Best:
-        """Between a path with a manoeuvre and one without, from near starts."""
-        starts = inside.y[None]
-        while outside - inside.gamma > _PATH_TOLERANCE_DEG * RAD_PER_DEG:
-            middle = 0.5 * (inside.gamma + outside)
-            found = self._any(middle, starts)
-            if found is None and len(starts) < 3:
-                found = self._any(middle)
+        for gamma in np.arange(high, low, -_STEP_DEG) * RAD_PER_DEG:
+            if (y := self.least(self.unit(V, 1.0), float(gamma))) is not None:
+                break
+        else:
+            return None
+        inside, outside = float(gamma), min(float(gamma) + _STEP_DEG * RAD_PER_DEG, high * RAD_PER_DEG)
+        while outside - inside > _PATH_TOLERANCE_DEG * RAD_PER_DEG:
+            middle = 0.5 * (inside + outside)
+            found = self.least(self.unit(V, 1.0), middle)
             if found is None:
                 outside = middle
             else:
-                inside = found
-                starts = np.concatenate([starts, found.y[None]])[-3:]
-        return inside
+                inside, y = middle, found
+        return _Best(inside, inside, y)
 
-    def _refined(self, found: list[_Best], k: int, sign: float) -> _Best:
-        """The best between the neighbours of one, by golden sections from near starts."""
-        around = found[max(k - 1, 0) : k + 2]
-        starts = np.array([each.y for each in around])
-        low, high, best = around[0].gamma, around[-1].gamma, found[k]
+    def rising_most(self, lowest: float, highest: float) -> _Best | None:
+        """The largest vertical speed in ft/s on flight paths in rad between two: climbs, or descents.
 
-        def value(gamma: float) -> float:
-            nonlocal best
-            here = self.vertical(gamma, sign, starts)
-            if here is not None and here.value > best.value:
-                best = here
-            return -math.inf if here is None else here.value
+        On a climb it is that of the fastest manoeuvre, on a descent of the slowest one.
+        """
+        objective = self.unit(V, -1.0 if highest > 0 else 1.0)
+        known: dict[float, np.ndarray] = {}
 
-        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        at_left, at_right = value(left), value(right)
-        while high - low > _PATH_TOLERANCE_DEG * RAD_PER_DEG:
-            if at_left >= at_right:
-                high, right, at_right = right, left, at_left
-                left = high - _GOLDEN * (high - low)
-                at_left = value(left)
-            else:
-                low, left, at_left = left, right, at_right
-                right = low + _GOLDEN * (high - low)
-                at_right = value(right)
-        return best
+        def rate(gamma: float) -> float:
+            y = self.least(objective, gamma)
+            if y is None:
+                return -math.inf
+            known[gamma] = y
+            return float(y[V]) * math.sin(gamma)
+
+        gammas = np.linspace(lowest, highest, _PATHS).tolist()
+        rates = [rate(gamma) for gamma in gammas]
+        if not known:
+            return None
+        k = int(np.argmax(rates))
+        between = gammas[max(k - 1, 0)], gammas[min(k + 1, _PATHS - 1)]
+        minimize_scalar(lambda gamma: -rate(gamma), bounds=between, method="bounded", options={"xatol": 1e-6})
+        gamma, y = max(known.items(), key=lambda item: float(item[1][V]) * math.sin(item[0]))
+        return _Best(float(y[V]) * math.sin(gamma), gamma, y)
 
 
 def performance(
@@ -234,7 +188,7 @@ def performance(
     gamma_deg: float = 0.0,
     alpha_deg: Range = ALPHA_DEG,
     phi_deg: Range = PHI_DEG,
-    progress: Callable[[float], None] | None = None,
+    progress: Advance | None = None,
 ) -> Performance:
     """Every extreme at an altitude in ft; speeds and turns at the flight path ``gamma_deg``.
 
@@ -242,7 +196,7 @@ def performance(
     throttles at their lowest; then once more with both engines out.
 
     Args:
-        progress: called with the part that is done, 0 to 1.
+        progress: called with how many parts are done, and of how many.
 
     Raises:
         InputError: a value outside what is allowed.
@@ -262,7 +216,7 @@ def performance(
     for k, part in enumerate(parts):
         extremes += part()
         if progress:
-            progress((k + 1) / len(parts))
+            progress(k + 1, len(parts))
     straight = speed_interval(altitude_ft, gamma_deg, 0.0, failure, alpha_deg, phi_deg)
     return Performance(altitude_ft, gamma_deg, failure, straight.intervals, tuple(extremes))
 
@@ -296,9 +250,8 @@ def _at_one_path(search: _Search, gamma: float) -> list[Extreme]:
 
 
 def _climbs(search: _Search) -> list[Extreme]:
-    steepest = search.highest_path()
-    climbs = steepest is not None and steepest.gamma > 0
-    fastest = search.fastest_vertical(steepest, is_down=False) if steepest and climbs else None
+    steepest = search.steepest()
+    fastest = search.rising_most(0.0, steepest.gamma) if steepest and steepest.gamma > 0 else None
     return [
         _extreme(search, "steepest_climb_deg", steepest, DEG_PER_RAD),
         _extreme(search, "fastest_climb_ft_min", fastest, _FT_MIN_PER_FT_S),
@@ -306,8 +259,8 @@ def _climbs(search: _Search) -> list[Extreme]:
 
 
 def _glides(search: _Search, suffix: str) -> list[Extreme]:
-    flattest = search.highest_path()
-    sink = search.fastest_vertical(flattest, is_down=True) if flattest else None
+    flattest = search.steepest()
+    sink = search.rising_most(flattest.gamma - _SINKING_DEG * RAD_PER_DEG, flattest.gamma) if flattest else None
     return [
         _extreme(search, f"flattest_glide{suffix}_deg", flattest, DEG_PER_RAD),
         _extreme(search, f"least_sink{suffix}_ft_min", sink, -_FT_MIN_PER_FT_S),

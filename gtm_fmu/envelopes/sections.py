@@ -1,5 +1,7 @@
-"""Sections of the four-dimensional envelope (paper eq. 10): where along one of speed, flight path and turn rate a steady
-manoeuvre exists, the others given. Gaps are kept: a section may be several intervals.
+"""Sections of the four-dimensional envelope of steady manoeuvres (paper eq. 10).
+
+A section is where along one of speed, flight path and turn rate, the others given, a steady manoeuvre exists. Gaps are
+kept: it may be several intervals.
 """
 
 from dataclasses import dataclass
@@ -131,7 +133,5 @@ def _section(
     return Section(
         _NAMES[kind],
         tuple((float(low * factor), float(high * factor)) for low, high in found.ends),
-        tuple(
-            (trim(low, y[0]), trim(high, y[1])) for (low, high), y in zip(found.ends.tolist(), found.y, strict=True)
-        ),
+        tuple((trim(low, y[0]), trim(high, y[1])) for (low, high), y in zip(found.ends.tolist(), found.y, strict=True)),
     )

@@ -20,6 +20,7 @@ from study.commands.doctor import doctor
 from study.commands.envelope import envelope
 from study.commands.explorer import explorer
 from study.commands.machine import shortage
+from study.commands.manoeuvre import manoeuvre, performance
 from study.commands.maps import maps
 from study.commands.models import export, predict, train
 from study.commands.protocol import protocol
@@ -65,6 +66,10 @@ app.command(epilog=example("linearize --altitude-ft 10000 --tas-kt 118.5 --rudde
 app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(envelope)
 app.command(epilog=example("build dynamics-native surrogate-native --output build/fmu"))(build)
 app.command(epilog=example("study --output build/study"))(study)
+app.command(epilog=example("manoeuvre --altitude-ft 10000 --tas-kt 100 --turn-rate-deg-s 3 --rudder-deg 10 10"))(
+    manoeuvre
+)
+app.command(epilog=example("performance --altitude-ft 10000 --rudder-deg 10 10"))(performance)
 app.command(epilog=example("advise --altitude-ft 10000 --gamma-deg -5 --rudder-deg 5 25"))(advise)
 app.command(epilog=example("train wing.csv --inputs span_mm,alpha_deg --outputs lift:N --output wing.json"))(train)
 app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(predict)

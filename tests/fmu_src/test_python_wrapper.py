@@ -366,7 +366,12 @@ class TestHostInC:
     def test_control_c_ends_it(self, command, environment):
         """Python's own handler would only remember it."""
         with subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background ignores it
         ) as running:
             running.stdin.write("g 0\nd 0 100000\n")
             running.stdin.flush()

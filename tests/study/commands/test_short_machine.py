@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from study.commands import cli, machine
+from study.commands import machine
 
 pytestmark = pytest.mark.slow
 
@@ -107,7 +107,7 @@ def test_a_shortage_in_the_middle(ask, monkeypatch, error, sentence):
     def short(*_, **__):
         raise ValueError("something else") from error
 
-    monkeypatch.setattr(cli, "given_failure", short)
+    monkeypatch.setattr("study.commands.envelope.given_failure", short)
     answer = ask(f"envelope {AT}")
     assert (answer.code, answer.out) == (2, "")
     assert sentence in answer.err
