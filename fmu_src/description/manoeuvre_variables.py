@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 from fmu_src.description.failure_variables import FAILURE_USAGE, failure_inputs
-from fmu_src.description.model_description import DISPLAY_UNITS, ModelDescription, Variable, si
+from fmu_src.description.model_description import ModelDescription, Variable, output, si, verdict
 from fmu_src.description.surrogate_variables import CASE, SPEED
 from gtm_fmu import units
 from gtm_fmu.aircraft.failures import Failure
@@ -64,36 +64,15 @@ def _asked() -> tuple[Variable, ...]:
 
 def _output(name: str, measure: tuple[str, float], description: str) -> Variable:
     display, scale = measure
-    unit, _ = DISPLAY_UNITS[display]
-    return Variable(
-        name=name,
-        description=description,
-        causality="output",
-        initial="calculated",
-        unit=unit,
-        display_unit=display,
-        scale=scale,
-    )
-
-
-def _verdict(name: str, description: str) -> Variable:
-    return Variable(
-        name=name,
-        description=description,
-        causality="output",
-        variability="discrete",
-        initial="calculated",
-        boolean=name != "binding",
-        items=BINDING if name == "binding" else (),
-    )
+    return output(name, display, description, scale=scale)
 
 
 _VERDICTS = (
-    _verdict("feasible", "Whether a steady manoeuvre inside all limits exists"),
-    _verdict("stable", "Whether it is stable"),
-    _verdict("controllable", "Whether it is controllable with what is left"),
-    _verdict("found", "Whether margins and trim are told, of a manoeuvre inside the limits or not"),
-    _verdict("binding", "The limit that is nearest, or exceeded most"),
+    verdict("feasible", "Whether a steady manoeuvre inside all limits exists"),
+    verdict("stable", "Whether it is stable"),
+    verdict("controllable", "Whether it is controllable with what is left"),
+    verdict("found", "Whether margins and trim are told, of a manoeuvre inside the limits or not"),
+    verdict("binding", "The limit that is nearest, or exceeded most", items=BINDING),
 )
 _MARGINS = (
     *(

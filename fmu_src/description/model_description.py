@@ -5,6 +5,7 @@ native FMU (`native_sources`), and as documentation.
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from gtm_fmu import units
 
@@ -100,6 +101,30 @@ class Variable:
     def displayed(self, value: float) -> float:
         """A value in SI, in the display unit."""
         return value / DISPLAY_UNITS[self.display_unit][1] if self.display_unit else value
+
+
+def output(name: str, display: str, description: str, **more: Any) -> Variable:
+    """A number that is computed, shown in a display unit; with further attributes, or others."""
+    unit, scale = DISPLAY_UNITS[display]
+    usual: dict[str, Any] = {
+        "causality": "output",
+        "initial": "calculated",
+        "unit": unit,
+        "display_unit": display,
+        "scale": scale,
+    }
+    return Variable(name=name, description=description, **usual | more)
+
+
+def verdict(name: str, description: str, **more: Any) -> Variable:
+    """A discrete answer that is computed: yes or no, or one of some ``items``."""
+    usual: dict[str, Any] = {
+        "causality": "output",
+        "variability": "discrete",
+        "initial": "calculated",
+        "boolean": "items" not in more,
+    }
+    return Variable(name=name, description=description, **usual | more)
 
 
 @dataclass(frozen=True, kw_only=True)

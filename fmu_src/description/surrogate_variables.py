@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fmu_src.description.model_description import DISPLAY_UNITS, ModelDescription, Variable, si
+from fmu_src.description.model_description import DISPLAY_UNITS, ModelDescription, Variable, output, si, verdict
 from gtm_fmu.aircraft.ranges import ALTITUDE_FT, GAMMA_DEG, WIDEST
 from gtm_fmu.envelopes.feasibility import FULL_THROTTLE_PCT, has_envelope
 from gtm_fmu.errors import InputError
@@ -59,30 +59,11 @@ _CASE_NAMES = tuple(variable.name for variable in CASE)
 
 
 def _speed(name: str, description: str, depends_on: tuple[str, ...] = _CASE_NAMES) -> Variable:
-    unit, scale = DISPLAY_UNITS["kn"]
-    return Variable(
-        name=name,
-        description=description,
-        causality="output",
-        initial="calculated",
-        unit=unit,
-        display_unit="kn",
-        nominal=50.0,
-        depends_on=depends_on,
-        scale=scale,
-    )
+    return output(name, "kn", description, nominal=50.0, depends_on=depends_on)
 
 
 def _flag(name: str, description: str) -> Variable:
-    return Variable(
-        name=name,
-        description=description,
-        causality="output",
-        variability="discrete",
-        initial="calculated",
-        depends_on=_CASE_NAMES,
-        boolean=True,
-    )
+    return verdict(name, description, depends_on=_CASE_NAMES)
 
 
 ENVELOPE = (
