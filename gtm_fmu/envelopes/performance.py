@@ -94,17 +94,13 @@ class _Best(NamedTuple):
 class _Search:
     """Optima of one aircraft at an altitude; everything in the core's units."""
 
-    def __init__(self, altitude_ft: float, failure: Failure, alpha_deg: Range, phi_deg: Range) -> None:
+    def __init__(
+        self, altitude_ft: float, failure: Failure, alpha_deg: Range, phi_deg: Range, is_idle: bool = False
+    ) -> None:
         self.altitude_ft, self.failure, self.airframe = altitude_ft, failure, failure.airframe
         self.lower, self.upper = manoeuvre.bounds(failure, alpha_deg, phi_deg)
-
-    def with_idle(self) -> "_Search":
-        """The same with the throttles at their lowest."""
-        idle = _Search.__new__(_Search)
-        idle.altitude_ft, idle.failure, idle.airframe = self.altitude_ft, self.failure, self.airframe
-        idle.lower, idle.upper = self.lower.copy(), self.upper.copy()
-        idle.upper[THROTTLE:] = idle.lower[THROTTLE:]
-        return idle
+        if is_idle:  # the throttles at their lowest
+            self.upper[THROTTLE:] = self.lower[THROTTLE:]
 
     def least(self, objective: np.ndarray, gamma: float, side: int = 0) -> np.ndarray | None:
         """Unknowns of least objective.y, sought from all over; None where nothing is inside.
@@ -209,7 +205,7 @@ def performance(
     parts = (
         lambda: _at_one_path(search, gamma_deg * RAD_PER_DEG),
         lambda: _climbs(search),
-        lambda: _glides(search.with_idle(), ""),
+        lambda: _glides(_Search(altitude_ft, failure, alpha_deg, phi_deg, is_idle=True), ""),
         lambda: _glides(_Search(altitude_ft, out, alpha_deg, phi_deg), "_engines_out"),
     )
     extremes: list[Extreme] = []

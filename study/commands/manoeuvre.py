@@ -9,6 +9,7 @@ from rich.table import Table
 
 from gtm_fmu.aircraft.ranges import ALTITUDE_FT, GAMMA_DEG, TAS_KT, TURN_RATE_DEG_S, check_range
 from gtm_fmu.errors import InputError
+from study.commands.command import NO_SOLUTION
 from study.commands.options import ASKED, FAILURE, Alpha, Altitude, Gamma, Json, Option, Phi, given_failure, takes
 from study.commands.printing import show
 from study.files import check_picture, save_picture
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from gtm_fmu.envelopes.manoeuvres import Manoeuvres
     from gtm_fmu.envelopes.performance import Performance
 
-NO_SOLUTION = 3
 _SPEEDS = ("tas_kt", "eas_kt", "cas_kt")
 _TRIM = ("alpha_deg", "beta_deg", "phi_deg", "elevator_deg", "aileron_deg", "rudder_deg", "throttle_pct")
 TURN_RATE = Option(Annotated[float, typer.Option(help="Turn rate in deg/s, positive to the right.")], 0.0)
