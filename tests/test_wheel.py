@@ -44,7 +44,7 @@ def test_wheel_of_another_compiler_works_without_the_checkout(tmp_path):
     subprocess.run([sys.executable, ROOT / "build_wheels.py", dist, "--only", tag], check=True, capture_output=True)
     (wheel,) = dist.glob("*.whl")
     assert wheel.name.endswith(f"-py3-none-{tag}.whl")
-    assert wheel.stat().st_size < 3.7e6
+    assert wheel.stat().st_size < 4e6
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(place)
     code = (
