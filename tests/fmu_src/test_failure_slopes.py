@@ -11,6 +11,8 @@ from tests.fmu_src.conftest import sessions
 from tests.fmu_src.native_session import DISCARD, OK, Session
 from tests.fmu_src.test_failure_envelopes import DEG, Given, pair
 
+pytestmark = pytest.mark.slow
+
 STEPS = {"m": 2.0, "rad": 2e-6, "m/s": 1e-3, "rad/s": 1e-5, "1": 1e-5, "kg": 1e-4}
 TYPICAL = {"m": 1000.0, "rad": 0.1, "m/s": 10.0, "rad/s": 0.1, "1": 0.3, "kg": 3.0}
 """Of the inputs, by unit."""

@@ -9,6 +9,8 @@ from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.trims import manoeuvre
 
+pytestmark = pytest.mark.slow
+
 ALTITUDE_FT = 10000.0
 JAM = Failure(ControlLimits(rudder_deg=(10, 10)))
 FT_S_PER_KT = 1 / 0.592487
