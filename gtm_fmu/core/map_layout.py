@@ -11,7 +11,7 @@ class CoreMap(ctypes.Structure):
 
     _fields_ = (
         *((name, ctypes.c_long) for name in ("densities", "paths", "deflections", "speeds")),
-        *((name, ctypes.c_void_p) for name in ("density", "gamma", "deflection", "table")),
+        *((name, ctypes.c_void_p) for name in ("density", "gamma", "deflection", "reach", "table")),
         *((name, ctypes.c_double) for name in ("full_thrust", "tolerance", "tolerance_deviations")),
-        *((name, ctypes.c_double) for name in ("bend_share", "least_deviation")),
+        *((name, ctypes.c_double) for name in ("bend_share", "least_deviation", "reach_tolerance")),
     )

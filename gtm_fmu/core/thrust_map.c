@@ -18,6 +18,11 @@ typedef struct {
     double slowest, fastest, speed[GTM_MAP_SPEEDS], thrust[GTM_MAP_SPEEDS], slope_below, slope_above;
 } curve;
 
+/* The deflections of the map at one altitude and path. */
+typedef struct {
+    double least, greatest, node[GTM_MAP_DEFLECTIONS];
+} deflections;
+
 /* The map between deflections number j and j + 1. A deflection in it is given by w, its share of the way. */
 typedef struct {
     const gtm_thrust_map *map;
@@ -45,10 +50,33 @@ static double lagrange(long n, const double *nodes, long i, double x)
     return product;
 }
 
-static long cell_of(const gtm_thrust_map *map, double deflection)
+/* An end of the reach at an altitude and path. Where it is the same everywhere it is found without rounding. */
+static double reach_end(const gtm_thrust_map *map, double density, double gamma, int is_greatest)
+{
+    const double *reach = map->reach + is_greatest;
+    double found = reach[0];
+    for (long k = 0; k < map->densities; k++)
+        for (long l = 0; l < map->paths; l++)
+            found += lagrange(map->densities, map->density, k, density) * lagrange(map->paths, map->gamma, l, gamma) *
+                     (reach[2 * (k * map->paths + l)] - reach[0]);
+    return found;
+}
+
+static void take_deflections(const gtm_thrust_map *map, double density, double gamma, deflections *d)
+{
+    const long last = map->deflections - 1;
+    const double least = reach_end(map, density, gamma, 0), greatest = reach_end(map, density, gamma, 1);
+    const double stretch = (greatest - least) / (map->deflection[last] - map->deflection[0]);
+    d->least = least;
+    d->greatest = greatest;
+    for (long j = 0; j < last; j++) d->node[j] = least + stretch * (map->deflection[j] - map->deflection[0]);
+    d->node[last] = greatest;
+}
+
+static long cell_of(const gtm_thrust_map *map, const deflections *d, double deflection)
 {
     long j = 0;
-    while (j < map->deflections - 2 && deflection >= map->deflection[j + 1]) j++;
+    while (j < map->deflections - 2 && deflection >= d->node[j + 1]) j++;
     return j;
 }
 
@@ -207,11 +235,11 @@ static void widen_by_crossings(ends *e, const cell *c, double from, double to, i
 enum { EXACTLY, MORE, LESS, THRUSTS };
 
 /* Ends over all deflections lower .. upper, cell by cell. */
-static void find_ends(const gtm_thrust_map *map, double density, double gamma, double lower, double upper,
-                      const double available[THRUSTS], ends e[THRUSTS])
+static void find_ends(const gtm_thrust_map *map, double density, double gamma, const deflections *at, double lower,
+                      double upper, const double available[THRUSTS], ends e[THRUSTS])
 {
-    const double *d = map->deflection;
-    cell c = {.map = map, .j = cell_of(map, lower)};
+    const double *d = at->node;
+    cell c = {.map = map, .j = cell_of(map, at, lower)};
     take_curve(map, density, gamma, c.j, &c.a);
     take_curve(map, density, gamma, c.j + 1, &c.b);
     double from = (lower - d[c.j]) / (d[c.j + 1] - d[c.j]);
@@ -269,14 +297,22 @@ static gtm_map_envelope envelope_of(const gtm_thrust_map *map, const double *giv
     const double density = at.density / gtm_condition_at(0, 0).density, eas_per_tas = sqrt(density);
     const double full = map->full_thrust * at.pressure_ratio;
     const double available[THRUSTS] = {full, full + map->tolerance, full - map->tolerance};
+    deflections d;
+    take_deflections(map, density, gamma, &d);
+    const double lower = fmax(given[2], d.least), upper = fmin(given[3], d.greatest);
+    if (lower > upper || !(d.least < d.greatest)) /* the latter far outside the map */
+        return (gtm_map_envelope){.spare_thrust = -INFINITY, .is_fold = lower - upper < map->reach_tolerance};
     ends found[THRUSTS];
-    find_ends(map, density, gamma, given[2], given[3], available, found);
+    find_ends(map, density, gamma, &d, lower, upper, available, found);
 
     const ends e = found[EXACTLY], more = found[MORE], less = found[LESS];
     if (e.spare < 0) return (gtm_map_envelope){.spare_thrust = e.spare, .is_fold = -e.spare < map->tolerance};
     const double slow = 0.5 * (fmin(less.v_min, e.v_max) - more.v_min);
     const double fast = 0.5 * (more.v_max - fmax(less.v_max, e.v_min));
-    const int is_fold = less.spare < 0 || 2 * fmax(slow, fast) > jump;
+    const int ends_near = (d.least > map->deflection[0] && upper - d.least < map->reach_tolerance) ||
+                          (d.greatest < map->deflection[map->deflections - 1] &&
+                           d.greatest - lower < map->reach_tolerance);
+    const int is_fold = less.spare < 0 || 2 * fmax(slow, fast) > jump || ends_near;
     const double share = is_fold ? 1 : 1 / map->tolerance_deviations;
     const double slow_bend = map->bend_share * deflection_bend(map, density, gamma, e.at_v_min);
     const double fast_bend = map->bend_share * speed_bend(map, density, gamma, e.at_v_max, e.v_max);

@@ -15,7 +15,9 @@ typedef struct {
     long densities, paths, deflections, speeds;
     const double *density;    /* ratio to that at sea level */
     const double *gamma;      /* deg */
-    const double *deflection; /* deg, rising */
+    const double *deflection; /* deg, rising: the nodes where the reach is from the first to the last of them */
+    const double *reach;      /* [density][gamma][2]: least and greatest deflection in deg that some manoeuvre has at any
+                                 thrust; the nodes lie between them in the same proportions */
     const float *table;       /* [density][gamma][deflection][2 + speeds]: slowest and fastest EAS in kn, and thrusts in
                                  lbf from one to the other, the roots of the steps above the slowest evenly spaced */
     double full_thrust;       /* lbf, of both engines at sea level */
@@ -23,17 +25,19 @@ typedef struct {
     double tolerance_deviations;
     double bend_share;        /* standard deviation of the slowest speed between deflections, of its bend there */
     double least_deviation;   /* kn EAS, of V_min and of V_max */
+    double reach_tolerance;   /* deg, of the reach where that is not every deflection */
 } gtm_thrust_map;
 
 typedef struct {
     double v_min, v_max;         /* true airspeed in kn; 0 without an envelope */
     double v_min_std, v_max_std; /* standard deviations in kn */
-    double spare_thrust;         /* lbf left where the least thrust is needed; an envelope exists from 0 on */
-    double is_fold;              /* 1 if inside the tolerance an end jumps or the envelope vanishes, else 0 */
+    double spare_thrust;         /* lbf left where the least thrust is needed; an envelope exists from 0 on; -infinity
+                                    where no thrust is enough */
+    double is_fold;              /* 1 if inside the tolerances an end jumps or the envelope vanishes, else 0 */
 } gtm_map_envelope;
 
 /* Envelopes of n cases, rows of altitude in ft, gamma in deg, lower and upper limit of the control in deg: finite
-   numbers, the lower limit not above the upper one, both inside the map's deflections. */
+   numbers, the lower limit not above the upper one, both from the first to the last deflection. */
 GTM_API void gtm_map_envelopes(const gtm_thrust_map *map, long n, const double *cases, gtm_map_envelope *found);
 
 #endif

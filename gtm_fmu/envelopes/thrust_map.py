@@ -19,6 +19,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,8 +35,10 @@ from gtm_fmu.core.map_layout import RESULTS, CoreMap
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import write_whole
 
-RUDDER_MAP = Path(str(files("gtm_fmu.envelopes") / "data" / "rudder_thrust_map.npz"))
-"""The map of the rudder that comes with the package."""
+_DATA = Path(str(files("gtm_fmu.envelopes") / "data"))
+THRUST_MAPS = {control: _DATA / f"{control}_thrust_map.npz" for control in ("rudder", "aileron", "elevator")}
+"""The maps that come with the package, by their controls."""
+RUDDER_MAP = THRUST_MAPS["rudder"]
 FORMAT = "gtm_fmu.ThrustMap 2"
 MOST_DEFLECTIONS = MOST_SPEEDS = 128
 MOST_BYTES = 64_000_000
@@ -44,7 +47,8 @@ ARRAYS = (
     *("altitude_ft", "density_ratio", "gamma_deg", "deflection_deg", "table"),
     *("full_thrust_lbf", "tolerances"),
 )
-"""What a file holds beside its description."""
+"""What a file holds beside its description, and reach_deg where not every deflection has manoeuvres."""
+REACH = "reach_deg"
 _ARCHIVE = zipfile.BadZipFile, zlib.error, lzma.LZMAError, NotImplementedError, IndexError, AttributeError, struct.error
 """What reading a damaged archive may end in."""
 
@@ -57,12 +61,14 @@ class Tolerances(NamedTuple):
         thrust_deviations: how many standard deviations of the thrusts that is.
         bend_share: standard deviation of an interpolated value, of the bend of its curve there.
         least_kt: least standard deviation of V_min and V_max, equivalent airspeed.
+        reach_deg: a limit so near to the last deflection with any manoeuvre is flagged as a fold.
     """
 
     thrust_lbf: float = 0.03
     thrust_deviations: float = 8.0
     bend_share: float = 0.2
     least_kt: float = 0.0075
+    reach_deg: float = 0.05
 
 
 def checked_cases(cases: ArrayLike, control: str) -> np.ndarray:
@@ -115,7 +121,7 @@ class MapEnvelopes(NamedTuple):
             knows how far it is off: the standard deviations are NaN.
         fold: a small change of thrust makes an end jump, or the envelope begin or cease to exist: solve exactly here.
         spare_thrust_lbf: thrust left where the least is needed, at the tabulated deflections and both limits; below
-            zero there is no envelope.
+            zero there is no envelope; NaN where no thrust is enough.
     """
 
     v_min_kt: np.ndarray
@@ -137,11 +143,13 @@ class ThrustMap:
         altitude_ft: lowest and highest altitude of the map.
         density_ratio: (k) of its altitudes, to sea level's.
         gamma_deg: (l) flight-path angles; between them, and between the densities, by Lagrange's polynomials.
-        deflection_deg: (m) rising.
+        deflection_deg: (m) rising, where every deflection has manoeuvres.
         table: (k, l, m, 2 + n) slowest and fastest equivalent airspeed in kn that all limits but the throttle's leave,
             and n least thrusts of both engines in lbf, at speeds v with evenly spaced sqrt(v - slowest).
         full_thrust_lbf: gross thrust of both engines at sea level.
         provenance: how the map came about and its measured errors: anything that JSON can hold.
+        reach_deg: (k, l, 2) least and greatest deflection with any manoeuvre at any thrust, as of an elevator, which
+            sets alpha; the m deflections lie between them in the same proportions. None: the first and the last.
 
     Raises:
         InputError: arrays that do not fit together, or numbers that no map can hold.
@@ -156,15 +164,28 @@ class ThrustMap:
     full_thrust_lbf: float
     tolerances: Tolerances = field(default_factory=Tolerances)
     provenance: dict[str, Any] = field(default_factory=dict)
+    reach_deg: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Hold the arrays unchangeable, in the types of the core."""
-        for name, dtype in (("density_ratio", "f8"), ("gamma_deg", "f8"), ("deflection_deg", "f8"), ("table", "f4")):
-            array = np.array(getattr(self, name), dtype=dtype, order="C")
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        for name, dtype in (
+            *(("density_ratio", "f8"), ("gamma_deg", "f8"), ("deflection_deg", "f8")),
+            *(("table", "f4"), ("reach_deg", "f8")),
+        ):
+            if getattr(self, name) is not None:
+                array = np.array(getattr(self, name), dtype=dtype, order="C")
+                array.setflags(write=False)
+                object.__setattr__(self, name, array)
         object.__setattr__(self, "tolerances", Tolerances(*map(float, self.tolerances)))
         _check(self)
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Least and greatest deflection (k, l, 2) in deg with any manoeuvre at any thrust."""
+        if self.reach_deg is not None:
+            return self.reach_deg
+        ends = self.deflection_deg[[0, -1]]
+        return np.tile(ends, (*self.table.shape[:2], 1))
 
     def predict(self, cases: ArrayLike) -> MapEnvelopes:
         """Envelopes of cases (n, 4): altitude in ft, gamma in deg, lower and upper limit of the control in deg.
@@ -183,8 +204,9 @@ class ThrustMap:
         inside = (self.altitude_ft[0] <= altitude) & (altitude <= self.altitude_ft[1])
         inside &= (self.gamma_deg.min() <= gamma) & (gamma <= self.gamma_deg.max())
         v_min_std, v_max_std = (np.where(inside, std, np.nan) for std in (v_min_std, v_max_std))
+        spare = np.where(np.isfinite(found[:, 4]), found[:, 4], np.nan)
         return MapEnvelopes(
-            v_min, v_max, v_min_std, v_max_std, feasible, inside, fold=found[:, 5] > 0, spare_thrust_lbf=found[:, 4]
+            v_min, v_max, v_min_std, v_max_std, feasible, inside, fold=found[:, 5] > 0, spare_thrust_lbf=spare
         )
 
     def predict_one(self, altitude_ft: float, gamma_deg: float, limits_deg: Range) -> dict[str, Any]:
@@ -196,7 +218,7 @@ class ThrustMap:
         return first_of(self.predict([checked_case(altitude_ft, gamma_deg, limits_deg, self.control)]))
 
     def _core(self) -> CoreMap:
-        arrays = (self.density_ratio, self.gamma_deg, self.deflection_deg, self.table)
+        arrays = (self.density_ratio, self.gamma_deg, self.deflection_deg, self.reach, self.table)
         sizes = (*self.table.shape[:3], self.table.shape[3] - 2)
         return CoreMap(*sizes, *(address(array) for array in arrays), self.full_thrust_lbf, *self.tolerances)
 
@@ -209,6 +231,7 @@ class ThrustMap:
         path = Path(path)
         described = {"format": FORMAT, "control": self.control, "provenance": self.provenance}
         arrays = {name: np.asarray(getattr(self, name)) for name in ARRAYS}
+        arrays |= {} if self.reach_deg is None else {REACH: self.reach_deg}
         text = json.dumps(described | {"checksum": _checksum(described, arrays)}, sort_keys=True, allow_nan=False)
 
         def write(draft: Path) -> None:
@@ -220,7 +243,7 @@ class ThrustMap:
 
     @classmethod
     def load(cls, path: str | Path = RUDDER_MAP) -> "ThrustMap":
-        """Read a map that `save` wrote, by default the rudder's that comes with the package.
+        """Read a map that `save` wrote, by default the rudder's that comes with the package (see `THRUST_MAPS`).
 
         Raises:
             InputError: there is none, or it is damaged or foreign.
@@ -232,7 +255,7 @@ class ThrustMap:
                 raise ValueError(f"it says that it holds {declared:.3g} bytes, {MOST_BYTES:.3g} at most are read")
             with np.load(path, allow_pickle=False) as content:
                 described = json.loads(str(content["described"]))
-                arrays = {name: content[name] for name in ARRAYS}
+                arrays = {name: content[name] for name in (*ARRAYS, *({REACH} & set(content)))}
             if described["format"] != FORMAT:
                 raise ValueError(f"its format is {described['format']!r}, {FORMAT!r} is read")
             if described.pop("checksum") != _checksum(described, arrays):
@@ -274,14 +297,19 @@ def _check(thrust_map: ThrustMap) -> None:
     if not (2 <= deflections <= MOST_DEFLECTIONS and 8 <= numbers - 2 <= MOST_SPEEDS):
         raise InputError(f"A thrust map cannot have {deflections} deflections and {numbers - 2} speeds.")
     constants = [*thrust_map.altitude_ft, thrust_map.full_thrust_lbf, *thrust_map.tolerances]
-    for name, array in (*nodes.items(), ("table", table), ("constants", np.array(constants, dtype=float))):
+    reach = thrust_map.reach
+    if reach.shape != (*table.shape[:2], 2):
+        raise InputError(f"A thrust map of {table.shape[:2]} conditions cannot have a reach of the shape {reach.shape}.")
+    finite = ("table", table), ("constants", np.array(constants, dtype=float)), (REACH, reach)
+    for name, array in (*nodes.items(), *finite):
         if not np.isfinite(array).all():
             raise InputError(f"A thrust map must hold finite numbers, but its {name} does not.")
     for name, way in (("density_ratio", -1.0), ("gamma_deg", 1.0), ("deflection_deg", 1.0)):
         if (way * np.diff(nodes[name]) <= 0).any():
             raise InputError(f"The {name} of a thrust map must {'rise' if way > 0 else 'fall'} from node to node.")
-    if thrust_map.altitude_ft[0] > thrust_map.altitude_ft[1] or (table[..., 0] > table[..., 1]).any():
-        raise InputError("Altitudes or speeds of a thrust map are reversed: the lower one comes first.")
+    ends = np.array(thrust_map.altitude_ft), table[..., :2], reach
+    if any((pairs[..., 0] > pairs[..., 1]).any() for pairs in ends):
+        raise InputError("Altitudes, speeds or reach of a thrust map are reversed: the lower one comes first.")
     if thrust_map.full_thrust_lbf <= 0 or min(thrust_map.tolerances) < 0 or thrust_map.tolerances.thrust_deviations < 1:
         raise InputError("The thrust and the tolerances of a thrust map must be positive, its deviations at least 1.")
 

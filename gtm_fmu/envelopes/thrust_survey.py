@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from gtm_fmu.aircraft.limits import ControlLimits
-from gtm_fmu.aircraft.ranges import ALTITUDE_FT, WIDEST
+from gtm_fmu.aircraft.ranges import ALTITUDE_FT, WIDEST, Range
 from gtm_fmu.airframe import engines
 from gtm_fmu.airframe.atmosphere import DENSITY_0, atmosphere
-from gtm_fmu.airframe.names import THROTTLE, V
+from gtm_fmu.airframe.names import THROTTLE, TRIM_UNKNOWNS, V
 from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.core import solver
 from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT
@@ -28,9 +28,14 @@ from gtm_fmu.units import FT_S_PER_KT, KT_PER_FT_S, RAD_PER_DEG
 FASTEST_KT = 200.0
 """Equivalent airspeed beyond every envelope: full thrust at sea level reaches 192 kn in a descent of 5 deg."""
 
+_ROUNDING_DEG = 1e-6
+
 
 class Nodes(NamedTuple):
-    """Where a map is solved: altitudes in ft, flight paths and deflections in deg, number of speeds."""
+    """Where a map is solved: altitudes in ft, flight paths and deflections in deg, number of speeds.
+
+    Where manoeuvres end before the last deflections do, the deflections lie between the ends in the same proportions.
+    """
 
     altitudes_ft: Sequence[float] = ALTITUDE_FT
     gammas_deg: Sequence[float] = (-5.0, 0.0, 5.0)
@@ -48,19 +53,50 @@ class Nodes(NamedTuple):
         return self.curves * self.speeds
 
 
+NODES = {
+    "rudder": Nodes(),
+    "aileron": Nodes(deflections_deg=tuple(np.linspace(-20.0, 20.0, 81).tolist()), speeds=49),
+    "elevator": Nodes(deflections_deg=tuple(np.linspace(-30.0, 30.0, 97).tolist()), speeds=33),
+}
+"""Those of the maps that come with the package."""
+
+
 def gross_thrust_lbf(throttle_pct: float, altitude_ft: float) -> float:
     """Thrust of both engines before ram drag at a throttle position."""
     speed = engines.rotor_speed(throttle_pct)
     return 2.0 * float(engines.gross_thrust(speed, atmosphere(altitude_ft).pressure_ratio))
 
 
+def _bounds_at_any_thrust(limits: ControlLimits, altitude_ft: float) -> tuple[np.ndarray, np.ndarray]:
+    lower, upper = manoeuvre.bounds(limits)
+    upper[THROTTLE] = THROTTLE_WITHOUT_LIMIT
+    upper[V] = FASTEST_KT / float(atmosphere(altitude_ft).sqrt_density_ratio) * FT_S_PER_KT
+    return lower, upper
+
+
+def reach(control: str, altitude_ft: float, gamma_deg: float, limits_deg: Range) -> Range:
+    """Least and greatest deflection inside the limits that any manoeuvre has, at any thrust.
+
+    Raises:
+        InputError: there is none.
+    """
+    lower, upper = _bounds_at_any_thrust(ControlLimits(**{f"{control}_deg": limits_deg}), altitude_ft)
+    unknown = TRIM_UNKNOWNS.index(control)
+    ends = []
+    for sign in (1.0, -1.0):
+        objective = sign * np.eye(solver.NT)[unknown]
+        found = solver.envelope_end(altitude_ft, gamma_deg * RAD_PER_DEG, lower, upper, objective)
+        if found.status != solver.TRIMMED:
+            raise InputError(f"At {altitude_ft:g} ft and {gamma_deg:g} deg there is no manoeuvre to map.")
+        ends.append(float(np.clip(found.y[unknown], *limits_deg)))
+    return ends[0], ends[1]
+
+
 def thrust_curve(control: str, altitude_ft: float, gamma_deg: float, deflection_deg: float, speeds: int) -> np.ndarray:
     """A row of `ThrustMap.table` (2 + speeds); NaN where nothing was found."""
     jam = ControlLimits(**{f"{control}_deg": (deflection_deg, deflection_deg)})
     eas_per_tas = float(atmosphere(altitude_ft).sqrt_density_ratio)
-    lower, upper = manoeuvre.bounds(jam)
-    upper[THROTTLE] = THROTTLE_WITHOUT_LIMIT
-    upper[V] = FASTEST_KT / eas_per_tas * FT_S_PER_KT
+    lower, upper = _bounds_at_any_thrust(jam, altitude_ft)
 
     def least(unknown: int, sign: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         found = solver.envelope_end(altitude_ft, gamma_deg * RAD_PER_DEG, low, high, sign * np.eye(solver.NT)[unknown])
@@ -99,14 +135,19 @@ def survey(
     """
     conditions = [(altitude, gamma) for altitude in nodes.altitudes_ft for gamma in nodes.gammas_deg]
     deflections = np.asarray(nodes.deflections_deg, dtype=float)
+    ends = deflections[0].item(), deflections[-1].item()
+    reaches = np.array([reach(control, *condition, ends) for condition in conditions])
+    is_whole = np.allclose(reaches, ends, rtol=0, atol=_ROUNDING_DEG)
+    shares = (deflections - ends[0]) / (ends[1] - ends[0])
     asked = json.dumps([control, nodes, provenance()])
     solved = list(_read(kept, asked)) if kept else []
     curves = len(conditions) * len(deflections)
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        for altitude, gamma in conditions[len(solved) :]:
+        for (altitude, gamma), (least, greatest) in zip(conditions[len(solved) :], reaches[len(solved) :], strict=True):
             plane, before = [], len(solved) * len(deflections)
             solve = partial(thrust_curve, control, altitude, gamma, speeds=nodes.speeds)
-            for row in pool.map(solve, deflections.tolist()):
+            here = deflections if is_whole else least + (greatest - least) * shares
+            for row in pool.map(solve, here.tolist()):
                 plane.append(row)
                 if progress:
                     progress(before + len(plane), curves)
@@ -129,6 +170,7 @@ def survey(
             "solves": nodes.solves,
             "interpolated": int(np.isnan(table).sum()),
         },
+        reach_deg=None if is_whole else reaches.reshape(*table.shape[:2], 2),
     )
 
 
