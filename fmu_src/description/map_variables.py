@@ -1,14 +1,19 @@
-"""The variables of GtmSurrogate with the thrust map behind them; the map as C and as data."""
+"""The variables of GtmSurrogate with a thrust map behind them; the map as C and as data."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from json import dumps
 from pathlib import Path
 
 import numpy as np
 
-from fmu_src.description.model_description import ModelDescription
-from fmu_src.description.reference_results import Find
+from fmu_src.description.envelope_variables import ENVELOPE_FAULTS
+from fmu_src.description.failure_variables import failure_inputs
+from fmu_src.description.model_description import ModelDescription, Variable
+from fmu_src.description.reference_results import reference_envelopes
 from fmu_src.description.surrogate_variables import CASE, ENVELOPE, FLAGS, MARGINS, SPEED
+from gtm_fmu.aircraft.ranges import Range
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.errors import InputError
 
@@ -16,81 +21,115 @@ UNKNOWN_STD_KT = 1000.0
 """Standard deviation where nobody knows it."""
 USAGE = (
     "V_min and V_max are the slowest and fastest true airspeed of a steady turn or straight flight at this altitude "
-    "and flight-path angle with the rudder between rudder.lower and rudder.upper; equal limits are a jam. They are "
+    "and flight-path angle with the {control} between {lower} and {upper}; equal limits are a jam. They are "
     "interpolated in a map of exact solutions. margin.slow and margin.fast say how far tas is inside.",
-    "The interface is that of GtmEnvelope, so that one can take the other's place, and fold. Where fold is true a "
+    "The inputs are some of GtmEnvelope's, and the outputs all of them, so that one can take the other's place while "
+    "nothing else fails, and fold. Where fold is true a "
     "small change of thrust makes a speed jump or decides whether there is an envelope: there ask the exact "
     "GtmEnvelope. Where feasible is false there is no envelope, and the speeds are zero. Where in_domain is false the "
     "case is outside the map and the speeds are guesses. Nobody knows how far they are off: the standard deviations "
     f"are {UNKNOWN_STD_KT:g} kn then, more than any speed.",
     "Outputs follow the inputs at once, also in Initialization Mode. That takes microseconds for a jam and some tens "
     "of them for a wide range.",
-    "Values that are not finite or outside their bounds and reversed rudder limits are logged in one sentence; the "
+    "Values that are not finite or outside their bounds and reversed limits are logged in one sentence; the "
     "step is discarded and all values stay as before it. No output is ever NaN.",
 )
 FOLD = replace(
     FLAGS[0], name="fold", description="Whether a small change of thrust makes an end jump or decides on feasible"
 )
+ARRAYS = ("density_ratio", "gamma_deg", "deflection_deg", "reach")
+"""Attributes of a map that are handed to the core, in the order of `CoreMap`; the table follows."""
 _NUMBERS_A_LINE = 16
 
 
-def thrust_map_description(thrust_map: ThrustMap, name: str) -> ModelDescription:
-    """The description of an FMU with a map of the rudder."""
+def map_name(control: str) -> str:
+    """Of the FMU with a map of a control, without the endings that say how it runs."""
+    return "GtmThrustMap" if control == "rudder" else f"GtmThrustMap{control.capitalize()}"
+
+
+def thrust_map_description(thrust_map: ThrustMap, name: str | None = None) -> ModelDescription:
+    """The description of an FMU with a map; a rudder's has the inputs of `GtmSurrogate`."""
+    control = thrust_map.control
+    case = _case(control)
+    names = tuple(variable.name for variable in case)
     feasible, in_domain = FLAGS
     domain = (thrust_map.altitude_ft, thrust_map.gamma_deg, thrust_map.deflection_deg, thrust_map.deflection_deg)
     lower, upper = ([float(end(values)) for values in domain] for end in (np.min, np.max))
     ranges = [
         f"{variable.name} {least:g} .. {greatest:g} {variable.display_unit}"
-        for variable, least, greatest in zip(CASE, lower, upper, strict=True)
+        for variable, least, greatest in zip(case, lower, upper, strict=True)
     ]
+
+    def depending(*outputs: Variable) -> tuple[Variable, ...]:
+        return tuple(
+            replace(output, depends_on=(*names, *(name for name in output.depends_on if name == SPEED.name)))
+            for output in outputs
+        )
+
+    usage = (text.format(control=control, lower=names[2], upper=names[3]) for text in USAGE)
     return ModelDescription(
-        name=name,
-        title="Steady flight envelope of the GTM-T2 with a failed rudder, by its thrust map",
+        name=name or map_name(control),
+        title=f"Steady flight envelope of the GTM-T2 with a failed {control}, by its thrust map",
         groups={
-            "case": tuple(replace(variable, bounded=True) for variable in CASE),
+            "case": case,
             "speed": (SPEED,),
-            "envelope": ENVELOPE,
-            "flags": (feasible, replace(in_domain, description="Whether the case is inside the thrust map")),
-            "margins": MARGINS,
-            "folds": (FOLD,),
+            "envelope": depending(*ENVELOPE),
+            "flags": depending(feasible, replace(in_domain, description="Whether the case is inside the thrust map")),
+            "margins": depending(*MARGINS),
+            "folds": depending(FOLD),
         },
         stop_time=1.0,
         step_size=0.1,
-        usage=(*USAGE, f"The map covers {', '.join(ranges)}."),
+        usage=(*usage, f"The map covers {', '.join(ranges)}."),
         constants={"lower": lower, "upper": upper, "unknown_std_kt": UNKNOWN_STD_KT},
     )
 
 
-def read_map(path: Path | None) -> ThrustMap:
-    """A map of the rudder from a file, or the one that comes with the package.
+def _case(control: str) -> tuple[Variable, ...]:
+    """Altitude, flight path and the limits of a control, named as in GtmEnvelope."""
+    if control == "rudder":
+        return tuple(replace(variable, bounded=True) for variable in CASE)
+    limits = {variable.name: variable for variable in failure_inputs()}
+    ends = (limits[f"limits.{control}.{end}"] for end in ("lower", "upper"))
+    return (*_case("rudder")[:2], *(replace(end, bounded=True) for end in ends))
+
+
+def map_faults(thrust_map: ThrustMap) -> tuple[str, ...]:
+    """By fault, as in map_model.c."""
+    lower, upper = (variable.name for variable in _case(thrust_map.control)[2:])
+    return (*ENVELOPE_FAULTS[:2], f"The {thrust_map.control} limits are reversed: {lower} is above {upper}.")
+
+
+def read_map(path: Path | None, only: str | None = None) -> ThrustMap:
+    """A map from a file, or the rudder's that comes with the package; of one control ``only`` if that is given.
 
     Raises:
         InputError: missing, damaged or of another control.
     """
     thrust_map = ThrustMap.load() if path is None else ThrustMap.load(path)
-    if thrust_map.control != "rudder":
-        raise InputError(f"'{path}' is a thrust map of the {thrust_map.control}: give one of the rudder.")
+    if only is not None and thrust_map.control != only:
+        raise InputError(f"'{path}' is a thrust map of the {thrust_map.control}: give one of the {only}.")
     return thrust_map
+
+
+def map_reference(thrust_map: ThrustMap) -> Callable[[ModelDescription], dict[str, bytes]]:
+    """Expected results, by the map itself."""
+
+    def find(altitude_ft: float, gamma_deg: float, limits_deg: Range) -> tuple[float, float, bool]:
+        found = thrust_map.predict_one(altitude_ft, gamma_deg, limits_deg)
+        return found["v_min_kt"] or 0.0, found["v_max_kt"] or 0.0, found["feasible"]
+
+    return partial(reference_envelopes, find=find, control=thrust_map.control)
 
 
 def map_resources(thrust_map: ThrustMap) -> dict[str, bytes]:
     """The map as `mapped_surrogate` reads it: numbers as JSON, the table as little-endian single precision."""
     numbers = {
         "sizes": [*thrust_map.table.shape[:3], thrust_map.table.shape[3] - 2],
-        "arrays": [getattr(thrust_map, name).tolist() for name in ("density_ratio", "gamma_deg", "deflection_deg")],
+        "arrays": [getattr(thrust_map, name).ravel().tolist() for name in ARRAYS],
         "constants": [thrust_map.full_thrust_lbf, *thrust_map.tolerances],
     }
     return {"map.json": dumps(numbers).encode(), "map.f4": thrust_map.table.astype("<f4").tobytes()}
-
-
-def map_envelope(thrust_map: ThrustMap) -> Find:
-    """V_min and V_max in kn, zero without an envelope, and whether there is one."""
-
-    def find(altitude_ft: float, gamma_deg: float, rudder_deg: tuple[float, float]) -> tuple[float, float, bool]:
-        found = thrust_map.predict_one(altitude_ft, gamma_deg, rudder_deg)
-        return found["v_min_kt"] or 0.0, found["v_max_kt"] or 0.0, found["feasible"]
-
-    return find
 
 
 def _array(kind: str, name: str, numbers: np.ndarray, suffix: str = "") -> str:
@@ -112,22 +151,25 @@ def map_source(thrust_map: ThrustMap) -> dict[str, bytes]:
         "density": "density",
         "gamma": "gamma",
         "deflection": "deflection",
+        "reach": "reach",
         "table": "table",
         "full_thrust": thrust_map.full_thrust_lbf,
         "tolerance": tolerances.thrust_lbf,
         "tolerance_deviations": tolerances.thrust_deviations,
         "bend_share": tolerances.bend_share,
         "least_deviation": tolerances.least_kt,
+        "reach_tolerance": tolerances.reach_deg,
     }
     arrays = (
         _array("double", "density", thrust_map.density_ratio),
         _array("double", "gamma", thrust_map.gamma_deg),
         _array("double", "deflection", thrust_map.deflection_deg),
+        _array("double", "reach", thrust_map.reach),
         _array("float", "table", thrust_map.table, "f"),
     )
     given = "".join(f"    .{name} = {value},\n" for name, value in members.items())
     header = (
-        "/* The map of the rudder. */\n#ifndef MAP_H\n#define MAP_H\n\n"
+        "/* The thrust map. */\n#ifndef MAP_H\n#define MAP_H\n\n"
         '#include "thrust_map.h"\n\nextern const gtm_thrust_map map;\n\n#endif\n'
     )
     source = '#include "map.h"\n\n' + "\n".join(arrays) + f"\nconst gtm_thrust_map map = {{\n{given}}};\n"

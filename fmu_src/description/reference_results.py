@@ -10,6 +10,7 @@ from fmu_src.description.model_description import EXTRA, ModelDescription
 from gtm_fmu import core
 from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.limits import ControlLimits
+from gtm_fmu.aircraft.ranges import WIDEST
 from gtm_fmu.airframe.names import LIMITED
 from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.simulation import Simulation
@@ -78,21 +79,20 @@ def reference_simulation(model: ModelDescription) -> dict[str, bytes]:
     return _files(["time", *DOUBLETS], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
 
 
-def reference_envelopes(model: ModelDescription, find: Find) -> dict[str, bytes]:
-    """Inputs and results of a climb while ever less is left of the rudder, as CSV, in SI, in the folder ``extra``."""
+def reference_envelopes(model: ModelDescription, find: Find, control: str = "rudder") -> dict[str, bytes]:
+    """Inputs and results of a climb while ever less is left of a control, as CSV, in SI, in the folder ``extra``."""
 
     def find_one(part: float) -> tuple[dict[str, float], tuple[float, float, bool]]:
-        altitude_ft, gamma_deg, rudder_deg = _failing_rudder(part)
-        return {}, find(altitude_ft, gamma_deg, rudder_deg)
+        return {}, find(*_failing(part, control))
 
-    return _reference_envelopes(model, find_one)
+    return _reference_envelopes(model, find_one, control)
 
 
 def reference_failures(model: ModelDescription) -> dict[str, bytes]:
     """The same, exact, while the ailerons fail as well and fuel is used; halfway the left elevator is lost."""
 
     def find_one(part: float) -> tuple[dict[str, float], tuple[float, float, bool]]:
-        altitude_ft, gamma_deg, rudder_deg = _failing_rudder(part)
+        altitude_ft, gamma_deg, rudder_deg = _failing(part)
         aileron_deg, fuel_used_lb, damage_case = (-20 + 8 * part, 20 - 12 * part), 8 * part, 5 if part > 0.5 else 0
         limits = ControlLimits(rudder_deg=rudder_deg, aileron_deg=aileron_deg)
         configuration = Configuration(damage_case=damage_case, fuel_used_lb=fuel_used_lb)
@@ -105,22 +105,25 @@ def reference_failures(model: ModelDescription) -> dict[str, bytes]:
     return _reference_envelopes(model, find_one)
 
 
-def _failing_rudder(part: float) -> tuple[float, float, tuple[float, float]]:
-    """Altitude in ft, flight path and limits of the rudder in deg; in the end a jam at 5 deg."""
-    return 2000 + 20000 * part, -3 + 5 * part, (-30 + 35 * part, 25 - 20 * part)
+def _failing(part: float, control: str = "rudder") -> tuple[float, float, tuple[float, float]]:
+    """Altitude in ft, flight path and limits of a control in deg; in the end a jam at a sixth of its way."""
+    sixth = WIDEST[f"{control}_deg"][1] / 6
+    return 2000 + 20000 * part, -3 + 5 * part, ((-6 + 7 * part) * sixth, (5 - 4 * part) * sixth)
 
 
 def _reference_envelopes(
-    model: ModelDescription, find_one: Callable[[float], tuple[dict[str, float], tuple[float, float, bool]]]
+    model: ModelDescription,
+    find_one: Callable[[float], tuple[dict[str, float], tuple[float, float, bool]]],
+    control: str = "rudder",
 ) -> dict[str, bytes]:
     """By ``find_one``: further inputs in SI and the envelope in kn at a part of the whole climb."""
     inputs, results = [], []
     more: dict[str, float] = {}
     for i in range(ENVELOPES):
         part, tas_kt = i / (ENVELOPES - 1), 90.0
-        altitude_ft, gamma_deg, rudder_deg = _failing_rudder(part)
+        altitude_ft, gamma_deg, limits_deg = _failing(part, control)
         more, (v_min, v_max, feasible) = find_one(part)
-        condition = (altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, *rudder_deg)))
+        condition = (altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, *limits_deg)))
         inputs.append([float(i), *condition, tas_kt * M_S_PER_KT, *more.values()])
         speeds = (v_min, v_max, tas_kt - v_min, v_max - tas_kt)
         results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(feasible)])

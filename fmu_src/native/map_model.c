@@ -1,4 +1,4 @@
-/* V_min and V_max of a flight condition with a failed rudder, by the thrust map, and how far a speed is inside. */
+/* V_min and V_max of a flight condition with a failed control, by its thrust map, and how far a speed is inside. */
 #include <math.h>
 #include <string.h>
 
@@ -8,7 +8,8 @@
 /* The fault after FAULT_NOT_FINITE. */
 enum { FAULT_REVERSED = 2 };
 
-enum { CASE = 4 };
+/* A case, which is the first inputs: altitude, gamma, limits of the control. */
+enum { LOWER = 2, UPPER, CASE };
 
 /* Inputs and outputs by their places in u and y. */
 #define IN(name) ((name) - INPUTS)
@@ -26,11 +27,11 @@ static int is_inside(const double given[CASE])
 int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[])
 {
     (void)x, (void)values, (void)memory;
-    if (u[IN(RUDDER_LOWER)] > u[IN(RUDDER_UPPER)]) return FAULT_REVERSED;
+    if (u[LOWER] > u[UPPER]) return FAULT_REVERSED;
     double asked[CASE];
-    memcpy(asked, u + IN(ALTITUDE), sizeof asked);
+    memcpy(asked, u, sizeof asked);
     y[OUT(IN_DOMAIN)] = is_inside(asked);
-    for (int k = IN(RUDDER_LOWER); k <= IN(RUDDER_UPPER); k++) /* a rounding beyond the map's deflections */
+    for (int k = LOWER; k <= UPPER; k++) /* a rounding beyond the map's deflections */
         asked[k] = fmin(fmax(asked[k], model_lower[k]), model_upper[k]);
     gtm_map_envelope found;
     gtm_map_envelopes(&map, 1, asked, &found);

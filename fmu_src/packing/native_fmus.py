@@ -212,7 +212,7 @@ def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
     )
 
     if is_map(networks):
-        return _mapped(fmi, networks, "GtmSurrogate")
+        return _mapped(fmi, networks, "GtmSurrogate", only="rudder")
     speeds, throttle = read_networks(networks)
     native = NativeModel(
         faults=ENVELOPE_FAULTS,
@@ -229,9 +229,13 @@ def surrogate_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
 
 
 def thrust_map_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
-    """GtmThrustMapNative in FMI 2.0 or GtmThrustMapNative3 in FMI 3.0, with the map that comes with the package."""
-    refuse_networks("thrust map", networks)
-    return _mapped(fmi, (), "GtmThrustMap")
+    """GtmThrustMapNative in FMI 2.0 or GtmThrustMapNative3 in FMI 3.0, with a map of any control; default the rudder's.
+
+    That of another control is named after it, as GtmThrustMapElevatorNative.
+    """
+    if not is_map(networks):
+        refuse_networks("thrust map", networks)
+    return _mapped(fmi, networks)
 
 
 def is_map(files: Sequence[Path]) -> bool:
@@ -239,19 +243,23 @@ def is_map(files: Sequence[Path]) -> bool:
     return len(files) < 2
 
 
-def _mapped(fmi: int, files: Sequence[Path], name: str) -> NativeContents:
-    from fmu_src.description.envelope_variables import ENVELOPE_FAULTS
-    from fmu_src.description.map_variables import map_envelope, map_source, read_map, thrust_map_description
+def _mapped(fmi: int, files: Sequence[Path], name: str | None = None, only: str | None = None) -> NativeContents:
+    from fmu_src.description.map_variables import (
+        map_faults,
+        map_reference,
+        map_source,
+        read_map,
+        thrust_map_description,
+    )
 
-    thrust_map = read_map(next(iter(files), None))
+    thrust_map = read_map(next(iter(files), None), only)
     native = NativeModel(
-        faults=ENVELOPE_FAULTS,
+        faults=map_faults(thrust_map),
         native=("map_model.c", "stateless.c"),
         core=THRUST_MAP,
         written=map_source(thrust_map),
     )
-    reference = partial(reference_envelopes, find=map_envelope(thrust_map))
-    return native.contents(thrust_map_description(thrust_map, name), fmi, reference)
+    return native.contents(thrust_map_description(thrust_map, name), fmi, map_reference(thrust_map))
 
 
 def aircraft_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:

@@ -143,7 +143,7 @@ def surrogate_contents(networks: Sequence[Path]) -> Contents:
     if is_map(networks):
         from fmu_src.description.map_variables import map_resources, read_map, thrust_map_description
 
-        thrust_map = read_map(next(iter(networks), None))
+        thrust_map = read_map(next(iter(networks), None), only="rudder")
         modules = ("map_layout", "envelope_slave", "mapped_surrogate")
         found = _with_core(thrust_map_description(thrust_map, "GtmSurrogate"), *modules)
         return replace(found, resources=found.resources | map_resources(thrust_map))

@@ -299,7 +299,9 @@ def _check(thrust_map: ThrustMap) -> None:
     constants = [*thrust_map.altitude_ft, thrust_map.full_thrust_lbf, *thrust_map.tolerances]
     reach = thrust_map.reach
     if reach.shape != (*table.shape[:2], 2):
-        raise InputError(f"A thrust map of {table.shape[:2]} conditions cannot have a reach of the shape {reach.shape}.")
+        raise InputError(
+            f"A thrust map of {table.shape[:2]} conditions cannot have a reach of the shape {reach.shape}."
+        )
     finite = ("table", table), ("constants", np.array(constants, dtype=float)), (REACH, reach)
     for name, array in (*nodes.items(), *finite):
         if not np.isfinite(array).all():

@@ -33,12 +33,14 @@ def build(
     Those run anywhere, and all but the aircraft do model exchange too. With a 3 at the end they are FMI 3.0. Without
     -native they are FMI 2.0 co-simulation and need a Python in the importing tool.
     """
-    from fmu_src.fmus import MODELS, build_fmu
+    from fmu_src.fmus import CARRIERS, MODELS, build_fmu
     from study.progress import stages
 
     names = names or [f"{name}-native" for name in MODELS]
-    if model is not None and not any(name.startswith("surrogate") for name in names):
-        raise InputError(f"--model {model} is for the surrogate FMU, which is not built; leave it out.")
+    if model is not None and not any(name.startswith(CARRIERS) for name in names):
+        raise InputError(
+            f"--model {model} is for the FMUs of surrogates and thrust maps, and none is built; leave it out."
+        )
     paths = []
     is_shown = all_platforms or sys.stderr.isatty()
     with stages(Console(stderr=True, quiet=not is_shown)) as stage:

@@ -1,7 +1,7 @@
 """The commands `gtm-fmu train`, `predict` and `export`: models of the aircraft's data and of any other."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -94,23 +94,34 @@ def predict(
     rudder_deg: Annotated[
         Pair | None, typer.Option(metavar="LOWER UPPER", help="Equal values are a jam; default -30 30.")
     ] = None,
+    aileron_deg: Annotated[
+        Pair | None, typer.Option(metavar="LOWER UPPER", help="Of a failed aileron, in the rudder's place.")
+    ] = None,
+    elevator_deg: Annotated[
+        Pair | None, typer.Option(metavar="LOWER UPPER", help="Of a failed elevator, in the rudder's place.")
+    ] = None,
     model: Annotated[str | None, typer.Option(metavar="NAME|FILE|FOLDER", help=MODEL_HELP)] = None,
     at: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="An input of MODEL; for each one.")] = None,
     data: Annotated[Path | None, typer.Option(help="Table of cases, in the place of one case.")] = None,
     output: Annotated[Path | None, typer.Option(help="Table for its outputs: .csv or .parquet.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
-    """Lowest and highest speed that a failed rudder leaves, by the thrust map; or the outputs of a model of your own.
+    """Lowest and highest speed that a failed control leaves, by its thrust map; or the outputs of a model of your own.
 
     One case is given by its options, for a model of your own by --at. A whole table is given by --data and --output;
-    its columns are the model's inputs, or altitude_ft, gamma_deg, rudder_lower_deg and rudder_upper_deg.
+    its columns are the model's inputs, or altitude_ft, gamma_deg, rudder_lower_deg and rudder_upper_deg (or another
+    control's).
     """
     from gtm_fmu.files import check_kept
 
-    condition = any(value is not None for value in (altitude_ft, gamma_deg, rudder_deg))
+    given = {"rudder": rudder_deg, "aileron": aileron_deg, "elevator": elevator_deg}
+    limits = {control: ends for control, ends in given.items() if ends is not None}
+    if len(limits) > 1:
+        raise InputError("One failed control is asked about: give one of --rudder-deg, --aileron-deg, --elevator-deg.")
+    condition = any(value is not None for value in (altitude_ft, gamma_deg, *limits.values()))
     if model_file is not None and (condition or model is not None):
-        given = f"Got unexpected extra argument ({model_file}) beside a flight condition"
-        raise InputError(f"{given}: give the condition alone, or the file of a model and --at.")
+        extra = f"Got unexpected extra argument ({model_file}) beside a flight condition"
+        raise InputError(f"{extra}: give the condition alone, or the file of a model and --at.")
     if (data is None) != (output is None) or (data is not None and (at or condition)):
         raise InputError("A table is predicted into another: give --data and --output, and no single case.")
     if model_file is not None:
@@ -121,8 +132,9 @@ def predict(
         raise InputError("--at is for a model of your own: give its file, or leave --at out.")
     if altitude_ft is None and data is None:
         raise InputError("Missing option '--altitude-ft'; see `gtm-fmu predict --help`.")
-    case = altitude_ft or 0.0, gamma_deg or 0.0, rudder_deg or (-30.0, 30.0)
-    _ask_surrogate(model or DEFAULT, case, data, output, as_json)
+    control = next(iter(limits), None)
+    name = model or (DEFAULT if control in (None, "rudder") else control)
+    _ask_surrogate(name, (altitude_ft or 0.0, gamma_deg or 0.0), limits, data, output, as_json)
 
 
 def _ask_own(model: Any, at: list[str], data: Path | None, output: Path | None, as_json: bool) -> None:
@@ -137,25 +149,37 @@ def _ask_own(model: Any, at: list[str], data: Path | None, output: Path | None, 
 
 
 def _ask_surrogate(
-    name: str, case: tuple[float, float, Pair], data: Path | None, output: Path | None, as_json: bool
+    name: str,
+    condition: tuple[float, float],
+    limits: Mapping[str, Pair],
+    data: Path | None,
+    output: Path | None,
+    as_json: bool,
 ) -> None:
-    """By a surrogate of a failed rudder, with what is known of its errors."""
+    """By a surrogate of a failed control, with what is known of its errors."""
+    from gtm_fmu.aircraft.ranges import WIDEST
+    from gtm_fmu.envelopes.thrust_map import ThrustMap
     from study.commands.printing import show
     from surrogate.rudder.surrogates import load_surrogate, measured_errors
 
-    surrogate = load_surrogate(name)
+    surrogate = load_surrogate(name, control=None)
+    control = surrogate.control if isinstance(surrogate, ThrustMap) else "rudder"
+    if limits.keys() - {control}:
+        other = f"'{name}' is of a failed {control}, but --{next(iter(limits))}-deg was given"
+        raise InputError(f"{other}: give --{control}-deg.")
     if data is None or output is None:
-        facts: dict[str, Any] = surrogate.predict_one(*case)
+        ends = limits.get(control, WIDEST[f"{control}_deg"])
+        facts: dict[str, Any] = surrogate.predict_one(*condition, ends)
     else:
-        facts = {"output": str(output), "rows": _envelopes_of_table(surrogate, data, output)}
+        facts = {"output": str(output), "rows": _envelopes_of_table(surrogate, control, data, output)}
     show({"model": name, **facts, "measured": measured_errors(surrogate)}, as_json, f"Envelope by {name}")
 
 
-def _envelopes_of_table(surrogate: Any, data: Path, output: Path) -> int:
+def _envelopes_of_table(surrogate: Any, control: str, data: Path, output: Path) -> int:
     from surrogate import Variable
     from surrogate.rudder.emulator import INPUTS
 
-    inputs = [Variable(*pair) for pair in INPUTS]
+    inputs = [Variable(name.replace("rudder", control), unit) for name, unit in INPUTS]
     return _predict_table(inputs, lambda X: surrogate.predict(X)._asdict(), data, output)
 
 

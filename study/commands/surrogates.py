@@ -4,9 +4,11 @@ which make those of the package anew.
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
+
+Surveyed = Literal["rudder", "aileron", "elevator"]
 
 
 def surrogates(
@@ -83,29 +85,43 @@ def networks(
 
 
 def thrust_map(
-    output: Annotated[Path, typer.Option(help="File of the map.")] = Path("build/rudder_thrust_map.npz"),
+    control: Annotated[
+        Literal["rudder", "aileron", "elevator"], typer.Option(help="The control that fails.")
+    ] = "rudder",
+    output: Annotated[Path | None, typer.Option(help="File of the map; default build/CONTROL_thrust_map.npz.")] = None,
+    cases: Annotated[
+        int, typer.Option(min=100, max=100_000, help="Exact random cases that measure the map of another control.")
+    ] = 1500,
     workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Threads; default one a core.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
-    """Solve the rudder's thrust map anew, as it comes with the package, and measure it off the lattice.
+    """Solve a thrust map anew, as it comes with the package, and measure it off the lattice.
 
-    It takes a minute of processor time. A run that was stopped goes on where it was.
+    The rudder's takes a minute of processor time; the aileron's and the elevator's a quarter of an hour, their exact
+    cases included, which are kept beside the map. A run that was stopped goes on where it was.
     """
     from dataclasses import replace
 
     from rich.console import Console
 
     from gtm_fmu.datasets import off_lattice
-    from gtm_fmu.envelopes.thrust_survey import Nodes, survey
+    from gtm_fmu.envelopes.thrust_survey import NODES, survey
     from gtm_fmu.files import check_writable
     from study.commands.printing import show
     from study.progress import stages
 
-    check_writable(output)
+    output = check_writable(output or Path(f"build/{control}_thrust_map.npz"))
     kept = check_writable(output.with_name(f"{output.name}.unfinished.npz"))
-    with stages(Console(stderr=True)) as stage, stage("Thrust map") as advance:
-        solved = survey(Nodes(), progress=advance, workers=workers, kept=kept)
-    scores = off_lattice.measured(solved, off_lattice.load())
+    with stages(Console(stderr=True)) as stage:
+        with stage("Thrust map") as advance:
+            solved = survey(NODES[control], control, progress=advance, workers=workers, kept=kept)
+        if control == "rudder":
+            truth = off_lattice.load()
+        else:
+            table = off_lattice.case_table((control,), cases)
+            with stage("Exact cases") as advance:
+                truth = off_lattice.solve(output.with_name(f"{control}_{cases}_cases.zarr"), table, advance, workers)
+    scores = off_lattice.measured(solved, truth)
     parts = {part: scores[part] for part in off_lattice.PARTS}
     replace(solved, provenance=solved.provenance | {"off_lattice": parts}).save(output)
     show({"output": str(output), **scores}, as_json, "Thrust map")

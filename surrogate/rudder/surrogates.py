@@ -3,13 +3,15 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, ThrustMap
+from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, THRUST_MAPS, ThrustMap
 from gtm_fmu.errors import InputError
 from surrogate.rudder.emulator import NETWORK, PAPER, SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
 from surrogate.rudder.names import DEFAULT
 
 SURROGATES: Mapping[str, Path] = {DEFAULT: RUDDER_MAP, "network": NETWORK, "paper": PAPER}
 """Where the surrogates of the package are, by their names."""
+OTHER_CONTROLS: Mapping[str, Path] = {control: path for control, path in THRUST_MAPS.items() if control != "rudder"}
+"""Thrust maps of other failed controls."""
 
 
 def surrogate_path(model: str) -> Path:
@@ -18,15 +20,16 @@ def surrogate_path(model: str) -> Path:
     Raises:
         InputError: there is none.
     """
-    path = SURROGATES.get(model, Path(model))
+    named = {**SURROGATES, **OTHER_CONTROLS}
+    path = named.get(model, Path(model))
     if not path.exists():
-        names = ", ".join(SURROGATES)
+        names = ", ".join(named)
         raise InputError(f"--model was given as '{model}': give {names}, a thrust map's file or a folder of networks.")
     return path
 
 
-def load_surrogate(model: str = DEFAULT) -> ThrustMap | RudderEmulator:
-    """A surrogate by its name, its file or its folder.
+def load_surrogate(model: str = DEFAULT, control: str | None = "rudder") -> ThrustMap | RudderEmulator:
+    """A surrogate by its name, its file or its folder, of one control or (None) of any.
 
     Raises:
         InputError: missing, damaged or foreign.
@@ -35,19 +38,19 @@ def load_surrogate(model: str = DEFAULT) -> ThrustMap | RudderEmulator:
     if path.is_dir():
         return RudderEmulator.load(path)
     thrust_map = ThrustMap.load(path)
-    if thrust_map.control != "rudder":
-        raise InputError(f"'{path}' is a thrust map of the {thrust_map.control}: give one of the rudder.")
+    if control is not None and thrust_map.control != control:
+        raise InputError(f"'{model}' is a thrust map of the {thrust_map.control}: give one of the {control}.")
     return thrust_map
 
 
-def surrogate_files(model: str = DEFAULT) -> list[Path]:
+def surrogate_files(model: str = DEFAULT, control: str | None = "rudder") -> list[Path]:
     """The files that an FMU is built of, after a look into them.
 
     Raises:
         InputError: as `load_surrogate`.
     """
     path = surrogate_path(model)
-    load_surrogate(model)
+    load_surrogate(model, control)
     return [path / SPEEDS_FILE, path / THROTTLE_FILE] if path.is_dir() else [path]
 
 
