@@ -13,12 +13,14 @@ LAYERS = {
         "gtm/table.c",
         "gtm/motion.c",
         "gtm/condition.c",
+        "gtm/lagrange.c",
         "gtm/configured_table.c",
         "gtm/configuration.c",
         "gtm/configured_motion.c",
         "gtm/simulation.c",
     ),
     "thrust map": ("thrust_map.c",),
+    "trim map": ("trim_map.c",),
     "linear algebra and Newton": (
         "solver/linear_algebra.c",
         "solver/linear_program.c",
@@ -58,5 +60,5 @@ WHOLE = tuple(name for files in LAYERS.values() for name in files)
 DYNAMICS = ("gtm/motion.c", "gtm/table.c", "generated/airframe.c", "generated/tables.c")
 """What the flight dynamics of the study's configuration need."""
 
-THRUST_MAP = ("thrust_map.c", "gtm/condition.c", "generated/atmosphere.c")
+THRUST_MAP = ("thrust_map.c", "gtm/condition.c", "gtm/lagrange.c", "generated/atmosphere.c")
 """What the thrust map needs."""

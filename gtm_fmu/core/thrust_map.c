@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "gtm/condition.h"
+#include "gtm/lagrange.h"
 
 enum { BISECTIONS = 60 };
 static const double jump = 2; /* kn EAS within the tolerance: the end lies on another branch */
@@ -42,14 +43,6 @@ typedef struct {
     place at_v_min, at_v_max;
 } ends;
 
-static double lagrange(long n, const double *nodes, long i, double x)
-{
-    double product = 1;
-    for (long j = 0; j < n; j++)
-        if (j != i) product *= (x - nodes[j]) / (nodes[i] - nodes[j]);
-    return product;
-}
-
 /* An end of the reach at an altitude and path. Where it is the same everywhere it is found without rounding. */
 static double reach_end(const gtm_thrust_map *map, double density, double gamma, int is_greatest)
 {
@@ -57,8 +50,8 @@ static double reach_end(const gtm_thrust_map *map, double density, double gamma,
     double found = reach[0];
     for (long k = 0; k < map->densities; k++)
         for (long l = 0; l < map->paths; l++)
-            found += lagrange(map->densities, map->density, k, density) * lagrange(map->paths, map->gamma, l, gamma) *
-                     (reach[2 * (k * map->paths + l)] - reach[0]);
+            found += gtm_lagrange(map->densities, map->density, k, density) *
+                     gtm_lagrange(map->paths, map->gamma, l, gamma) * (reach[2 * (k * map->paths + l)] - reach[0]);
     return found;
 }
 
@@ -86,8 +79,8 @@ static void interpolate(const gtm_thrust_map *map, double density, double gamma,
     for (long i = 0; i < count; i++) row[i] = 0;
     for (long k = 0; k < map->densities; k++)
         for (long l = 0; l < map->paths; l++) {
-            const double weight =
-                lagrange(map->densities, map->density, k, density) * lagrange(map->paths, map->gamma, l, gamma);
+            const double weight = gtm_lagrange(map->densities, map->density, k, density) *
+                                  gtm_lagrange(map->paths, map->gamma, l, gamma);
             const float *node = map->table + ((k * map->paths + l) * map->deflections + j) * (2 + map->speeds);
             for (long i = 0; i < count; i++) row[i] += weight * node[i];
         }
@@ -263,16 +256,26 @@ static void find_ends(const gtm_thrust_map *map, double density, double gamma, c
     }
 }
 
-/* Bend in kn of the slowest speed between two deflections. */
-static double deflection_bend(const gtm_thrust_map *map, double density, double gamma, place at)
+/* Bend in kn of the slowest speed between two deflections, or of the fastest. */
+static double deflection_bend(const gtm_thrust_map *map, double density, double gamma, place at, int is_fast)
 {
-    double slowest[3], most = 0;
+    double most = 0;
     for (long j = at.j; j <= at.j + 1; j++)
         if (j > 0 && j < map->deflections - 1) {
-            for (long k = 0; k < 3; k++) interpolate(map, density, gamma, j - 1 + k, 1, slowest + k);
-            most = fmax(most, fabs(slowest[0] - 2 * slowest[1] + slowest[2]));
+            double range[3][2];
+            for (long k = 0; k < 3; k++) interpolate(map, density, gamma, j - 1 + k, 2, range[k]);
+            most = fmax(most, fabs(range[0][is_fast] - 2 * range[1][is_fast] + range[2][is_fast]));
         }
     return 4 * at.w * (1 - at.w) * most;
+}
+
+/* Whether a speed is the fastest that any thrust reaches. */
+static int is_at_end(const gtm_thrust_map *map, double density, double gamma, place at, double v)
+{
+    double a[2], b[2];
+    interpolate(map, density, gamma, at.j, 2, a);
+    interpolate(map, density, gamma, at.j + 1, 2, b);
+    return v >= between(at.w, a[1], b[1]);
 }
 
 /* Bend in kn of the curve of least thrust between two speeds, at most `jump`. */
@@ -314,8 +317,11 @@ static gtm_map_envelope envelope_of(const gtm_thrust_map *map, const double *giv
                            d.greatest - lower < map->reach_tolerance);
     const int is_fold = less.spare < 0 || 2 * fmax(slow, fast) > jump || ends_near;
     const double share = is_fold ? 1 : 1 / map->tolerance_deviations;
-    const double slow_bend = map->bend_share * deflection_bend(map, density, gamma, e.at_v_min);
-    const double fast_bend = map->bend_share * speed_bend(map, density, gamma, e.at_v_max, e.v_max);
+    const double slow_bend = map->bend_share * deflection_bend(map, density, gamma, e.at_v_min, 0);
+    const double fast_bend =
+        map->bend_share * (is_at_end(map, density, gamma, e.at_v_max, e.v_max)
+                               ? deflection_bend(map, density, gamma, e.at_v_max, 1)
+                               : speed_bend(map, density, gamma, e.at_v_max, e.v_max));
     return (gtm_map_envelope){
         .v_min = e.v_min / eas_per_tas,
         .v_max = e.v_max / eas_per_tas,

@@ -9,7 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.aircraft.ranges import ALTITUDE_FT, WIDEST, Range
@@ -29,6 +31,8 @@ FASTEST_KT = 200.0
 """Equivalent airspeed beyond every envelope: full thrust at sea level reaches 192 kn in a descent of 5 deg."""
 
 _ROUNDING_DEG = 1e-6
+_NO_THRUST_LBF = 1000.0
+"""More than any manoeuvre needs: what a map says where there is none."""
 
 
 class Nodes(NamedTuple):
@@ -63,8 +67,15 @@ NODES = {
 
 def gross_thrust_lbf(throttle_pct: float, altitude_ft: float) -> float:
     """Thrust of both engines before ram drag at a throttle position."""
-    speed = engines.rotor_speed(throttle_pct)
-    return 2.0 * float(engines.gross_thrust(speed, atmosphere(altitude_ft).pressure_ratio))
+    return float(gross_thrusts_lbf(throttle_pct, altitude_ft))
+
+
+def gross_thrusts_lbf(throttle_pct: ArrayLike, altitude_ft: float) -> np.ndarray:
+    """The same at throttle positions of any shape."""
+    positions = np.asarray(throttle_pct, dtype=float)
+    speed = engines.rotor_speed(ca.DM(positions.ravel()))
+    thrust = 2.0 * engines.gross_thrust(speed, atmosphere(altitude_ft).pressure_ratio)
+    return np.array(thrust).reshape(positions.shape)
 
 
 def _bounds_at_any_thrust(limits: ControlLimits, altitude_ft: float) -> tuple[np.ndarray, np.ndarray]:
@@ -196,9 +207,18 @@ def _write(kept: Path, asked: str, solved: list[np.ndarray]) -> None:
 
 
 def _filled(table: np.ndarray, deflections: np.ndarray) -> np.ndarray:
-    """The table (k, l, m, n) with what is missing interpolated along the deflections (m)."""
+    """The table (k, l, m, n) with what is missing interpolated along the deflections (m), but for gaps between speeds.
+
+    A gap is missing at two deflections that follow each other. There no thrust is enough; `_NO_THRUST_LBF` says so.
+    """
     filled = table.copy()
-    for k, gamma, i in set(map(tuple, np.argwhere(np.isnan(table))[:, [0, 1, 3]].tolist())):
+    missing = np.isnan(table)
+    beside = np.zeros_like(missing)
+    beside[:, :, 1:] |= missing[:, :, :-1]
+    beside[:, :, :-1] |= missing[:, :, 1:]
+    is_gap = missing & beside & np.isfinite(table[..., :1])
+    is_gap[..., :2] = False
+    for k, gamma, i in set(map(tuple, np.argwhere(missing)[:, [0, 1, 3]].tolist())):
         known = np.isfinite(table[k, gamma, :, i])
         filled[k, gamma, :, i] = np.interp(deflections, deflections[known], table[k, gamma, known, i])
-    return filled
+    return np.where(is_gap, _NO_THRUST_LBF, filled)

@@ -167,6 +167,7 @@ def _map(thrust_map: ThrustMap) -> dict[str, Any]:
         "densities": thrust_map.density_ratio.tolist(),
         "paths": thrust_map.gamma_deg.tolist(),
         "deflections": thrust_map.deflection_deg.tolist(),
+        "reach": thrust_map.reach.ravel().tolist(),
         "table": _packed(np.asarray(thrust_map.table, dtype="<f4").tobytes()),
         "constants": [thrust_map.full_thrust_lbf, *thrust_map.tolerances],
     }

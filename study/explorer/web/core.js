@@ -181,11 +181,11 @@ class Core {
         };
     }
 
-    loadMap({ densities, paths, deflections, table, constants }) {
+    loadMap({ densities, paths, deflections, reach, table, constants }) {
         const floats = this.core.malloc(4 * table.length);
         new Float32Array(this.core.memory.buffer, floats, table.length).set(table);
         const speeds = table.length / (densities.length * paths.length * deflections.length) - 2;
-        const arrays = [densities, paths, deflections].map((array) => this.numbers(array.length, array));
+        const arrays = [densities, paths, deflections, reach].map((array) => this.numbers(array.length, array));
         this.map = this.core.explorer_map(densities.length, paths.length, deflections.length, speeds, ...arrays, floats, ...constants);
     }
 

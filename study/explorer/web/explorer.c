@@ -29,8 +29,9 @@ GTM_API const gtm_configuration *explorer_configuration(int damage_case, double 
 /* The thrust map of a page. */
 GTM_API const gtm_thrust_map *explorer_map(long densities, long paths, long deflections, long speeds,
                                            const double *density, const double *gamma, const double *deflection,
-                                           const float *table, double full_thrust, double tolerance,
-                                           double tolerance_deviations, double bend_share, double least_deviation)
+                                           const double *reach, const float *table, double full_thrust,
+                                           double tolerance, double tolerance_deviations, double bend_share,
+                                           double least_deviation, double reach_tolerance)
 {
     static gtm_thrust_map map;
     map.densities = densities;
@@ -40,11 +41,13 @@ GTM_API const gtm_thrust_map *explorer_map(long densities, long paths, long defl
     map.density = density;
     map.gamma = gamma;
     map.deflection = deflection;
+    map.reach = reach;
     map.table = table;
     map.full_thrust = full_thrust;
     map.tolerance = tolerance;
     map.tolerance_deviations = tolerance_deviations;
     map.bend_share = bend_share;
     map.least_deviation = least_deviation;
+    map.reach_tolerance = reach_tolerance;
     return &map;
 }
