@@ -21,7 +21,7 @@ from gtm_fmu.airframe.names import THROTTLE, TRIM_UNKNOWNS, V
 from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.core import solver
 from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT
-from gtm_fmu.envelopes.thrust_map import ThrustMap
+from gtm_fmu.envelopes.thrust_map import ThrustMap, Tolerances
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import write_whole
 from gtm_fmu.trims import manoeuvre
@@ -60,9 +60,14 @@ class Nodes(NamedTuple):
 NODES = {
     "rudder": Nodes(),
     "aileron": Nodes(deflections_deg=tuple(np.linspace(-20.0, 20.0, 81).tolist()), speeds=49),
-    "elevator": Nodes(deflections_deg=tuple(np.linspace(-30.0, 30.0, 97).tolist()), speeds=33),
+    "elevator": Nodes(
+        altitudes_ft=(0.0, 18000.0, 36089.0), deflections_deg=tuple(np.linspace(-30.0, 30.0, 97).tolist()), speeds=33
+    ),
 }
 """Those of the maps that come with the package."""
+TOLERANCES = {"rudder": Tolerances(), "aileron": Tolerances(), "elevator": Tolerances(reach_deg=0.5)}
+"""Theirs, chosen on cases of their own. Near its least deflection an elevator leaves two ranges of speeds with a gap
+between, and whether the faster one is there depends on the altitude."""
 
 
 def gross_thrust_lbf(throttle_pct: float, altitude_ft: float) -> float:
@@ -176,6 +181,7 @@ def survey(
         deflections,
         _filled(table, deflections),
         gross_thrust_lbf(WIDEST["throttle_pct"][1], 0.0),
+        TOLERANCES[control],
         provenance={
             **provenance(),
             "solves": nodes.solves,

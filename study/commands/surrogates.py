@@ -22,9 +22,9 @@ def surrogates(
 ) -> None:
     """Surrogates beyond the paper's: fitted, and measured on exact cases off the lattice.
 
-    Library models, networks, jam maps and the thrust map; errors by the number of exact searches; other failures. All
-    of it takes about a quarter of an hour of processor time the first time. What is finished is kept: the same command
-    goes on where it was stopped.
+    Library models, networks, jam maps, thrust maps and trim maps; errors by the number of exact searches; other
+    failures. All of it takes about twenty minutes of processor time the first time. What is finished is kept: the same
+    command goes on where it was stopped.
     """
     from rich.console import Console
 
@@ -43,6 +43,8 @@ def surrogates(
             save_figure(surrogate_figures.plot_fold(cut), output / "surrogate_fold.png")
     if results.keys() & {"models", "curves"}:
         save_figure(surrogate_figures.plot_errors(results), output / "surrogate_errors.png")
+    if "trim map" in results:
+        save_figure(surrogate_figures.plot_trims(results), output / "surrogate_trims.png")
     text = surrogates_report(results)
     write_text(text, output / "surrogates.md")
     print(json.dumps(results, allow_nan=False) if as_json else f"{text}\nAll files are in {output}.")

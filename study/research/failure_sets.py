@@ -18,6 +18,7 @@ OTHER_FAILURES: Mapping[str, tuple[str, ...]] = {
 }
 """Failures with 6, 8, 4 and 4 inputs."""
 OTHER_CASES, OTHER_TEST_CASES = 512, 256
+FURTHER_TEST_CASES = 1000
 
 
 def rudder_sets() -> dict[str, CaseTable]:
@@ -40,6 +41,15 @@ def other_sets(failure: str) -> dict[str, CaseTable]:
     return {
         f"{name}_sobol": case_table(controls, OTHER_CASES, 4, 1 / 3, Sampling.SOBOL),
         f"{name}_test": case_table(controls, OTHER_TEST_CASES, 5, 1 / 3),
+    }
+
+
+def several_controls() -> dict[str, CaseTable]:
+    """Further cases with limits of several controls, which nothing learns from, by their failures."""
+    return {
+        failure: case_table(controls, FURTHER_TEST_CASES, off_lattice.SEED, 1 / 3)
+        for failure, controls in OTHER_FAILURES.items()
+        if len(controls) > 1
     }
 
 

@@ -15,6 +15,8 @@ from gtm_fmu.envelopes.thrust_survey import gross_thrust_lbf, thrust_curve
 from gtm_fmu.progress import Advance
 from surrogate.rudder.emulator import PAPER, RudderEmulator
 
+SEVERAL_GOAL_KT = 2.0
+"""At 95 %, of limits of several controls."""
 GOAL_MSE = 2.5e-5
 JAMS_DEG = (0.0, 12.0, 18.0, 24.0)
 ALTITUDES_FT = (0.0, 10000.0, 20000.0, 30000.0)
@@ -115,6 +117,26 @@ def plot_errors(results: Mapping[str, Any]) -> Figure:
         xlabel=r"Searches ($V_{min}$, $V_{max}$, $t_{min}$ of a case, or one thrust)",
         ylabel="Mean square error, 0..1 scale",
     )
+    axes.legend(fontsize=8)
+    axes.grid(alpha=0.3, which="both")
+    return figure
+
+
+def plot_trims(results: Mapping[str, Any]) -> Figure:
+    """Errors at 95 % of the trim map by the number of its trims, and of what was learnt from cases."""
+    figure = Figure(figsize=(7.5, 4.5), layout="constrained")
+    axes = figure.add_subplot()
+    others = results.get("other failures", {})
+    for k, (failure, points) in enumerate(results["trim map"].items()):
+        ordered = sorted(points, key=lambda point: point["trims"])
+        trims, errors = ([point[name] for point in ordered] for name in ("trims", "percentile_95_kt"))
+        axes.loglog(trims, errors, "o-", color=f"C{k}", label=f"trim map: {failure}")
+        learnt = [model["percentile_95_kt"] for model in others.get(failure, {}).values() if "searches" in model]
+        if learnt:
+            label = f"best of those learnt from 512 cases: {failure}"
+            axes.axhline(min(learnt), color=f"C{k}", linestyle="--", linewidth=1, label=label)
+    axes.axhline(SEVERAL_GOAL_KT, color="grey", linestyle=":", linewidth=1, label="goal")
+    axes.set(xlabel="Trims of the map", ylabel="95 % of the errors below, kn")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3, which="both")
     return figure

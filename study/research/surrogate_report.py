@@ -49,6 +49,14 @@ def surrogates_report(results: Mapping[str, Any]) -> str:
             for name, model in models_.items()
         ]
         text += f"## Other failures\n\n{markdown_table(heads, rows)}"
+    if curves := results.get("trim map"):
+        heads = ("failed", "trims", "MSE", "95 %, kn", "99 %, kn", "largest, kn", "verdict right", "us a case", "kB")
+        rows = [
+            (failure, str(p["trims"]), *_errors(p), f"{p['us']:.0f}", f"{p['bytes'] / 1000:.0f}")
+            for failure, points in curves.items()
+            for p in points
+        ]
+        text += f"\n## The trim map by the number of its trims\n\n{markdown_table(heads, rows)}"
     return text
 
 

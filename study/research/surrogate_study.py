@@ -18,14 +18,15 @@ from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.datasets import lattice as dataset
 from gtm_fmu.datasets import off_lattice, paper
 from gtm_fmu.datasets.off_lattice import OffLattice, measured
-from gtm_fmu.envelopes.thrust_map import ThrustMap
-from gtm_fmu.envelopes.thrust_survey import Nodes, survey
+from gtm_fmu.envelopes.thrust_map import THRUST_MAPS, ThrustMap
+from gtm_fmu.envelopes.trim_map import TrimMap
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import writable_folder
 from gtm_fmu.progress import Advance
 from study.files import write_text
 from study.kept import Kept
 from study.progress import stages
+from study.research import trim_map_study
 from study.research.adaptive_sampling import chosen_jams, refinements
 from study.research.envelope_models import (
     CaseModel,
@@ -37,7 +38,14 @@ from study.research.envelope_models import (
     support_vectors,
     surface_map,
 )
-from study.research.failure_sets import OTHER_FAILURES, further_cases, other_sets, rudder_sets, solved
+from study.research.failure_sets import (
+    OTHER_FAILURES,
+    further_cases,
+    other_sets,
+    rudder_sets,
+    several_controls,
+    solved,
+)
 from study.research.surrogate_report import SHIPPED, SHIPPED_FURTHER
 from surrogate.rudder.surrogates import SURROGATES, load_surrogate
 
@@ -46,7 +54,6 @@ SEARCHES_A_CASE = 3
 """V_min, V_max and t_min of a case are a search each, as is a thrust of a map."""
 SURFACE_SOLUTIONS = (500, 1000, 2000)
 JAM_COUNTS = (128, 256, 512, 1024)
-AILERON_NODES = Nodes((0.0,), (-5.0, 0.0, 5.0), tuple(np.linspace(-20.0, 20.0, 41).tolist()), 49)
 JAM_LATTICES = ((4, 4, 8), (4, 7, 9), (6, 8, 11), (8, 10, 13))
 """Levels of altitude, flight path and jam."""
 
@@ -177,6 +184,8 @@ def _jobs(folder: Path, truth: OffLattice) -> dict[tuple[str, str], Callable[[Ad
     for name, chosen in curves.items():
         jobs["curves", f"jam map, {name}"] = partial(jam_curve, chosen, name)
     jobs |= {("other failures", failure): partial(_other, folder, failure) for failure in OTHER_FAILURES}
+    jobs["trim map", "rudder"] = partial(trim_map_study.curve, ("rudder",), truth)
+    jobs |= {("trim map", failure): partial(_several, folder, failure) for failure in several_controls()}
     return jobs
 
 
@@ -249,16 +258,15 @@ def _other(folder: Path, failure: str, advance: Advance) -> dict[str, Any]:
         scores = off_lattice.scores(test, *model.predict(test.X))["all"]
         searches = SEARCHES_A_CASE * len(training.X)
         measured[name] = scores | {"fit_s": seconds, "inputs": test.X.shape[1], "searches": searches}
-    if failure == "aileron":
-        measured["thrust map at sea level"] = surveyed_aileron(AILERON_NODES, test, advance)
+    trims = trim_map_study.measured(TrimMap.solve(), OTHER_FAILURES[failure], test)
+    measured["trim map"] = trims | {"fit_s": 0.0, "inputs": test.X.shape[1]}
+    if failure in THRUST_MAPS:
+        scores = off_lattice.measured(ThrustMap.load(THRUST_MAPS[failure]), test)
+        measured["thrust map"] = scores["all"] | {"fit_s": 0.0, "inputs": test.X.shape[1]}
     return measured
 
 
-def surveyed_aileron(nodes: Nodes, test: OffLattice, advance: Advance) -> dict[str, Any]:
-    """Scores of a thrust map of the aileron, on cases of all altitudes."""
-    started = time.process_time()
-    found = survey(nodes, "aileron", advance).predict(test.X)
-    seconds = time.process_time() - started
-    speeds = np.column_stack([found.v_min_kt, found.v_max_kt])
-    scores = off_lattice.scores(test, speeds, found.feasible)["all"]
-    return scores | {"fit_s": seconds, "inputs": test.X.shape[1], "searches": nodes.solves}
+def _several(folder: Path, failure: str, advance: Advance) -> list[dict[str, Any]]:
+    """Trim maps on limits of several controls."""
+    (truth,) = solved(folder, {_file("several", failure): several_controls()[failure]}, advance).values()
+    return trim_map_study.curve(OTHER_FAILURES[failure], truth, advance)
