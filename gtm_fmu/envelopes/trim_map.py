@@ -32,6 +32,7 @@ from gtm_fmu.trims import manoeuvre
 from gtm_fmu.trims.manoeuvre import CONVERGED_RESIDUAL
 from gtm_fmu.units import KT_PER_FT_S, RAD_PER_DEG
 
+SURFACES = CONTROLS[:-1]
 _CONTINUED_DEG = 5.0
 """So far beyond what the aileron can hold are the values there continued, for the boxes across its limit."""
 

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from gtm_fmu.errors import InputError
-from surrogate.rudder.names import DEFAULT, MODEL_HELP
+from surrogate.rudder.names import DEFAULT, MODEL_HELP, TRIM_MAP
 
 Pair = tuple[float, float]
 Method = Literal["br", "lm", "lolimot", "hilomot"]
@@ -95,10 +95,10 @@ def predict(
         Pair | None, typer.Option(metavar="LOWER UPPER", help="Equal values are a jam; default -30 30.")
     ] = None,
     aileron_deg: Annotated[
-        Pair | None, typer.Option(metavar="LOWER UPPER", help="Of a failed aileron, in the rudder's place.")
+        Pair | None, typer.Option(metavar="LOWER UPPER", help="Limits of the aileron.")
     ] = None,
     elevator_deg: Annotated[
-        Pair | None, typer.Option(metavar="LOWER UPPER", help="Of a failed elevator, in the rudder's place.")
+        Pair | None, typer.Option(metavar="LOWER UPPER", help="Limits of the elevator.")
     ] = None,
     model: Annotated[str | None, typer.Option(metavar="NAME|FILE|FOLDER", help=MODEL_HELP)] = None,
     at: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="An input of MODEL; for each one.")] = None,
@@ -108,16 +108,14 @@ def predict(
 ) -> None:
     """Lowest and highest speed that a failed control leaves, by its thrust map; or the outputs of a model of your own.
 
-    One case is given by its options, for a model of your own by --at. A whole table is given by --data and --output;
-    its columns are the model's inputs, or altitude_ft, gamma_deg, rudder_lower_deg and rudder_upper_deg (or another
-    control's).
+    One case is given by its options, for a model of your own by --at; limits of several controls are answered by the
+    trim map. A whole table is given by --data and --output; its columns are the model's inputs, or altitude_ft,
+    gamma_deg, rudder_lower_deg and rudder_upper_deg, or those of another control.
     """
     from gtm_fmu.files import check_kept
 
     given = {"rudder": rudder_deg, "aileron": aileron_deg, "elevator": elevator_deg}
     limits = {control: ends for control, ends in given.items() if ends is not None}
-    if len(limits) > 1:
-        raise InputError("One failed control is asked about: give one of --rudder-deg, --aileron-deg, --elevator-deg.")
     condition = any(value is not None for value in (altitude_ft, gamma_deg, *limits.values()))
     if model_file is not None and (condition or model is not None):
         extra = f"Got unexpected extra argument ({model_file}) beside a flight condition"
@@ -132,6 +130,10 @@ def predict(
         raise InputError("--at is for a model of your own: give its file, or leave --at out.")
     if altitude_ft is None and data is None:
         raise InputError("Missing option '--altitude-ft'; see `gtm-fmu predict --help`.")
+    if len(limits) > 1 or model == TRIM_MAP:
+        if model not in (None, TRIM_MAP):
+            raise InputError(f"'{model}' is of one failed control, and several were given: leave --model out.")
+        return _ask_trim_map((altitude_ft or 0.0, gamma_deg or 0.0), limits, data, output, as_json)
     control = next(iter(limits), None)
     name = model or (DEFAULT if control in (None, "rudder") else control)
     _ask_surrogate(name, (altitude_ft or 0.0, gamma_deg or 0.0), limits, data, output, as_json)
@@ -173,6 +175,27 @@ def _ask_surrogate(
     else:
         facts = {"output": str(output), "rows": _envelopes_of_table(surrogate, control, data, output)}
     show({"model": name, **facts, "measured": measured_errors(surrogate)}, as_json, f"Envelope by {name}")
+
+
+def _ask_trim_map(
+    condition: tuple[float, float], limits: Mapping[str, Pair], data: Path | None, output: Path | None, as_json: bool
+) -> None:
+    """By a trim map, which is solved for it in a second."""
+    from gtm_fmu.aircraft.limits import ControlLimits
+    from gtm_fmu.envelopes.trim_map import SURFACES, TrimMap
+    from study.commands.printing import show
+    from surrogate import Variable
+
+    found = TrimMap.solve()
+    if data is None or output is None:
+        given = ControlLimits(**{f"{control}_deg": ends for control, ends in limits.items()})
+        facts = found.predict_one(*condition, given)
+    else:
+        columns = [f"{control}_{end}_deg" for control in SURFACES for end in ("lower", "upper")]
+        inputs = [Variable("altitude_ft", "ft"), *(Variable(name, "deg") for name in ("gamma_deg", *columns))]
+        rows = _predict_table(inputs, lambda X: found.predict(X, SURFACES)._asdict(), data, output)
+        facts = {"output": str(output), "rows": rows}
+    show({"model": TRIM_MAP, **facts}, as_json, "Envelope by the trim map")
 
 
 def _envelopes_of_table(surrogate: Any, control: str, data: Path, output: Path) -> int:
