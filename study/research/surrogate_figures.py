@@ -137,6 +137,8 @@ def plot_trims(results: Mapping[str, Any]) -> Figure:
             axes.axhline(min(learnt), color=f"C{k}", linestyle="--", linewidth=1, label=label)
     axes.axhline(SEVERAL_GOAL_KT, color="grey", linestyle=":", linewidth=1, label="goal")
     axes.set(xlabel="Trims of the map", ylabel="95 % of the errors below, kn")
+    for plain in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        plain("{x:g}")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3, which="both")
     return figure

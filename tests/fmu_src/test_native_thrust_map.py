@@ -11,10 +11,11 @@ from fmpy.validation import validate_fmu
 
 from fmu_src import build
 from fmu_src.description.map_variables import map_source
+from fmu_src.fmus import build_fmu
 from fmu_src.packing.native_sources import source_files
 from gtm_fmu.aircraft.client import FmuClient
 from gtm_fmu.core.sources import THRUST_MAP
-from gtm_fmu.envelopes.thrust_map import ThrustMap
+from gtm_fmu.envelopes.thrust_map import THRUST_MAPS, ThrustMap
 from gtm_fmu.errors import InputError
 from tests.fmu_src.conftest import sessions
 from tests.fmu_src.native_session import DISCARD, ERROR, OK
@@ -170,4 +171,38 @@ class TestBadInput:
 
     def test_networks_are_not_taken(self, tmp_path):
         with pytest.raises(InputError, match="Networks were given for the thrust map FMU, which uses none"):
+            build("thrust-map-native", tmp_path, ["speeds.json", "throttle.json"])
+        with pytest.raises(InputError, match=r"'speeds\.json' is no readable thrust map"):
             build("thrust-map-native", tmp_path, ["speeds.json"])
+
+    def test_a_surrogate_is_of_the_rudder(self, tmp_path):
+        for name in ("surrogate", "surrogate-native"):
+            with pytest.raises(InputError, match="is a thrust map of the elevator: give one of the rudder"):
+                build_fmu(name, tmp_path, "elevator")
+
+
+@pytest.mark.parametrize("control", ["elevator", "aileron"])
+def test_maps_of_other_controls(control, tmp_path):
+    """Inputs named as in GtmEnvelope; values of the map; a range without manoeuvres; reversed limits are told."""
+    path = build_fmu("thrust-map-native", tmp_path, control)
+    assert path.name == f"GtmThrustMap{control.capitalize()}Native.fmu"
+    assert validate_fmu(str(path)) == []
+    shipped = ThrustMap.load(THRUST_MAPS[control])
+    rng = np.random.default_rng(2)
+    widest = 30 if control == "elevator" else 20  # SPEC 9, deg
+    cases = rng.uniform((0, -5, -6, -6), (36089, 5, 6, 6), (60, 4))
+    cases[:, 2:].sort(axis=1)
+    cases[::3, 3] = cases[::3, 2]
+    cases[1, 2:] = (widest,) * 2
+    expected = shipped.predict(cases)
+    wanted = np.nan_to_num(np.column_stack(expected[:4]))
+    names = ("altitude", "gamma", f"limits.{control}.lower", f"limits.{control}.upper")
+    with FmuClient(path) as fmu:
+        for k, case in enumerate(cases * SI):
+            fmu.set(names, case)
+            np.testing.assert_allclose(fmu.get(SPEEDS[:4]) / KN, wanted[k], rtol=1e-12, atol=1e-12)
+            assert fmu.get_boolean("feasible") == expected.feasible[k]
+            assert fmu.get_boolean("fold") == expected.fold[k]
+        fmu.set(names, (1000.0, 0.0, 0.1, 0.0))
+        with pytest.raises(Exception, match=f"limits.{control}.lower is above limits.{control}.upper"):
+            fmu.get(SPEEDS)

@@ -14,8 +14,8 @@ from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.atmosphere import atmosphere
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.envelopes.envelope import FlightCondition
-from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, ThrustMap
-from gtm_fmu.envelopes.thrust_survey import FASTEST_KT, Nodes, gross_thrust_lbf, survey, thrust_curve
+from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, THRUST_MAPS, ThrustMap
+from gtm_fmu.envelopes.thrust_survey import FASTEST_KT, Nodes, _filled, gross_thrust_lbf, reach, survey, thrust_curve
 from gtm_fmu.errors import InputError
 from gtm_fmu.trims import steady
 from tests.reference import spec_values
@@ -81,6 +81,45 @@ def test_an_end_inside_a_cell_is_found():
     found = crossing.predict([[0.0, 0.0, -30.0, 30.0], [0.0, 0.0, 20.0, 20.0], [0.0, 0.0, 21.0, 30.0]])
     assert found.v_min_kt[:2] == pytest.approx([70.0, 70.0], abs=1e-6)
     assert found.feasible.tolist() == [True, True, False]
+
+
+def with_reach(least_deg, greatest_deg) -> ThrustMap:
+    """A map of thrust 10 + 0.1 (V - 60) whose slowest speed is 60 + 2 x deflection, between deflections that move."""
+    shares = np.linspace(0, 1, 17) ** 2
+    places = np.linspace(0, 1, 5)
+    table, reach = np.empty((2, 3, 5, 19)), np.empty((2, 3, 2))
+    for l, gamma in enumerate(GAMMAS_DEG):  # noqa: E741
+        reach[:, l] = ends = least_deg(gamma), greatest_deg(gamma)
+        for m, deflection in enumerate(ends[0] + (ends[1] - ends[0]) * places):
+            slow = 60 + 2 * deflection
+            speed = slow + (300 - slow) * shares
+            table[:, l, m] = [slow, 300, *(10 + 0.1 * (speed - 60))]
+    nodes = density_ratio(*ALTITUDES_FT), GAMMAS_DEG, -30 + 60 * places
+    return ThrustMap("elevator", ALTITUDES_FT, *nodes, table, FULL_THRUST_LBF, reach_deg=reach)
+
+
+def test_deflections_without_manoeuvres():
+    """The last deflections are -6 + gamma / 5 and 5: beyond there is nothing, and ranges count as far as these."""
+    part = with_reach(lambda gamma: -6 + gamma / 5, lambda gamma: 5.0)
+    gamma, last = 2.5, -5.5
+    limits = [(-30.0, 30.0), (last, last), (-5.0, 1.0), (last - 1, last - 1), (-30.0, last - 0.01), (6.0, 7.0)]
+    found = part.predict([[0.0, gamma, *ends] for ends in limits])
+    assert found.feasible.tolist() == [True, True, True, False, False, False]
+    assert found.v_min_kt[:3] == pytest.approx([60 + 2 * last, 60 + 2 * last, 50.0], abs=1e-4)
+    assert found.v_max_kt[:3] == pytest.approx([260.0] * 3, abs=1e-3)
+    assert np.isnan(found.spare_thrust_lbf[3:]).all()
+    assert found.fold.tolist() == [False, True, False, False, True, False]  # 0.05 deg from the last one
+    assert part.predict_one(0.0, gamma, (20.0, 20.0))["spare_thrust_lbf"] is None
+
+
+def test_a_file_holds_the_reach(tmp_path):
+    part = with_reach(lambda gamma: -6.0, lambda gamma: 5.0)
+    again = ThrustMap.load(part.save(tmp_path / "map.npz"))
+    assert np.array_equal(again.reach, part.reach)
+    with pytest.raises(InputError, match="reach of the shape"):
+        replace(part, reach_deg=part.reach[:1])
+    with pytest.raises(InputError, match="reversed"):
+        replace(part, reach_deg=part.reach[..., ::-1])
 
 
 def test_jumps_are_told():
@@ -226,6 +265,43 @@ def test_a_small_survey_agrees_with_the_exact_solver(tmp_path):
     exact = FlightCondition(10000.0, 0.0).envelope((9.0, 9.0))
     assert found.v_min_kt[0] == pytest.approx(exact.v_min_kt, abs=1e-3)
     assert found.v_max_kt[0] == pytest.approx(exact.v_max_kt, abs=2.0)
+
+
+def test_an_elevator_holds_few_deflections():
+    """At sea level in level flight the exact solver finds an envelope at -5.70 deg of elevator and none at -5.74."""
+    exact = [FlightCondition(0.0, 0.0, ControlLimits(elevator_deg=(e, e))).envelope() for e in (-5.70, -5.74)]
+    assert [each.feasible for each in exact] == [True, False]
+    least, _ = reach("elevator", 0.0, 0.0, (-30.0, 30.0))
+    assert -5.74 < least < -5.70
+    with pytest.raises(InputError, match="no manoeuvre to map"):
+        reach("elevator", 0.0, 0.0, (20.0, 30.0))
+
+
+def test_a_gap_between_speeds_is_no_miss():
+    """A thrust that is missing at one deflection was not found; at two that follow each other there is none."""
+    table = np.ones((1, 1, 4, 5))
+    table[0, 0, 1, 3] = table[0, 0, 2:, 4] = np.nan
+    filled = _filled(table, np.arange(4.0))
+    assert filled[0, 0, 1, 3] == 1.0
+    assert (filled[0, 0, 2:, 4] > 100).all()
+    assert filled[0, 0, 1, 4] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("control", "limits"),
+    [("aileron", [(4.3, 4.3), (-20.0, 20.0), (7.0, 12.5)]), ("elevator", [(-3.3, -3.3), (-30.0, 0.7), (1.0, 2.5)])],
+)
+def test_maps_of_other_controls(control, limits):
+    """Shipped, small, and near the exact solver at random conditions between the nodes."""
+    shipped = ThrustMap.load(THRUST_MAPS[control])
+    assert shipped.control == control
+    assert THRUST_MAPS[control].stat().st_size < 150_000
+    for k, ends in enumerate(limits):
+        altitude_ft, gamma_deg = (4321.0, 13579.0, 24680.0)[k], (-3.1, 1.3, 2.2)[k]
+        exact = FlightCondition(altitude_ft, gamma_deg, ControlLimits(**{f"{control}_deg": ends})).envelope()
+        found = shipped.predict([altitude_ft, gamma_deg, *ends])
+        assert found.v_min_kt[0] == pytest.approx(exact.v_min_kt, abs=0.2)
+        assert found.v_max_kt[0] == pytest.approx(exact.v_max_kt, abs=0.5)
 
 
 def test_one_case(rudder):

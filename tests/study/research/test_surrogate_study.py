@@ -14,7 +14,7 @@ from gtm_fmu.envelopes import thrust_survey
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.errors import InputError
-from study.research import surrogate_figures, surrogate_study
+from study.research import surrogate_figures, surrogate_study, trim_map_study
 from study.research.surrogate_report import surrogates_report
 from surrogate.rudder import networks as rudder_networks
 from surrogate.rudder.emulator import RudderEmulator
@@ -143,19 +143,70 @@ def test_command(ask, kept):
     assert "No model is named like 'oracle'" in refused.err
 
 
-def test_an_aileron_has_a_map_too():
-    """Two deflections at sea level serve jams between them at another altitude."""
-    X = np.array([[12000.0, 0.0, 4.5, 4.5], [20000.0, 0.0, 4.0, 5.0], [3000.0, 0.0, 5.0, 5.0]])
-    exact = [
-        FlightCondition(altitude, gamma, ControlLimits(aileron_deg=(lower, upper))).envelope()
-        for altitude, gamma, lower, upper in X.tolist()
-    ]
-    speeds = np.array([[found.v_min_kt, found.v_max_kt] for found in exact])
-    truth = off_lattice.OffLattice(X, speeds, np.array([found.t_min_pct for found in exact]))
-    nodes = thrust_survey.Nodes((0.0,), (0.0,), (4.0, 5.0), 25)
-    scores = surrogate_study.surveyed_aileron(nodes, truth, lambda *_: None)
-    assert (scores["compared"], scores["same_verdict"], scores["searches"]) == (3, 1.0, 50)
-    assert scores["largest_kt"] < 1.0
+def test_trim_maps_of_two_sizes(monkeypatch):
+    """More trims, smaller errors; the report and the figure show both."""
+    truth = off_lattice.load().take(slice(None, 300))
+    monkeypatch.setattr(trim_map_study, "SIZES", {name: trim_map_study.SIZES[name] for name in ("coarse", "medium")})
+    coarse, medium = trim_map_study.curve(("rudder",), truth, lambda *_: None)
+    assert coarse["trims"] < medium["trims"]
+    assert medium["percentile_95_kt"] < surrogate_figures.SEVERAL_GOAL_KT < coarse["percentile_95_kt"]
+    results = {"trim map": {"rudder": [coarse, medium]}}
+    assert surrogates_report(results).count("| rudder |") == 2
+    axes = surrogate_figures.plot_trims(results).axes[0]
+    assert axes.lines[0].get_ydata().tolist() == [coarse["percentile_95_kt"], medium["percentile_95_kt"]]
+
+
+@pytest.mark.parametrize(
+    ("given", "controls"),
+    [
+        (("--rudder-deg", "5", "10", "--aileron-deg", "-5", "5"), {"rudder_deg": (5, 10), "aileron_deg": (-5, 5)}),
+        (("--elevator-deg", "-3", "2"), {"elevator_deg": (-3, 2)}),
+        (("--elevator-deg", "-3", "2", "--model", "trim-map"), {"elevator_deg": (-3, 2)}),
+        (("--aileron-deg", "7", "7"), {"aileron_deg": (7, 7)}),
+    ],
+)
+def test_predict_of_other_controls(ask, given, controls):
+    """By their thrust maps, and by the trim map where there are several."""
+    exact = FlightCondition(10000.0, 0.0, ControlLimits(**controls)).envelope()
+    found = ask("predict", "--altitude-ft", "10000", *given, "--json").json
+    assert found["model"] == ("trim-map" if len(controls) > 1 or "trim-map" in given else given[0][2:-4])
+    assert found["v_min_kt"] == pytest.approx(exact.v_min_kt, abs=1.0)
+    assert found["v_max_kt"] == pytest.approx(exact.v_max_kt, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--elevator-deg", "-3", "2", "--model", "network"), "'network' is of a failed rudder, but --elevator-deg"),
+        (
+            ("--elevator-deg", "-3", "2", "--rudder-deg", "0", "1", "--model", "paper"),
+            "'paper' is of one failed control",
+        ),
+        (("--rudder-deg", "0", "1", "--model", "elevator"), "'elevator' is of a failed elevator, but --rudder-deg"),
+        (("--aileron-deg", "-25", "1"), "aileron in deg"),
+    ],
+)
+def test_predict_of_the_wrong_control(ask, given, said):
+    refused = ask("predict", "--altitude-ft", "10000", *given)
+    assert (refused.code, refused.out) == (2, "")
+    assert said in refused.err
+
+
+def test_tables_of_other_controls(ask, tmp_path):
+    """One by the elevator's map, one by the trim map; the same numbers as one by one."""
+    condition = "altitude_ft,gamma_deg,elevator_lower_deg,elevator_upper_deg"
+    (tmp_path / "one.csv").write_text(f"{condition}\n10000,0,-3,2\n")
+    (tmp_path / "all.csv").write_text(
+        f"{condition},aileron_lower_deg,aileron_upper_deg,rudder_lower_deg,rudder_upper_deg\n10000,0,-3,2,0,0,-30,30\n"
+    )
+    for name, model in (("one", "elevator"), ("all", "trim-map")):
+        answered = tmp_path / f"{name}_answers.csv"
+        answer = ask("predict", "--data", tmp_path / f"{name}.csv", "--output", answered, "--model", model, "--json")
+        assert (answer.code, answer.json["rows"]) == (0, 1)
+        row = dict(zip(*(line.split(",") for line in answered.read_text().split()), strict=True))
+        given = ("--elevator-deg", "-3", "2", *(("--aileron-deg", "0", "0") if name == "all" else ()))
+        alone = ask("predict", "--altitude-ft", "10000", *given, "--json").json
+        assert float(row["v_max_kt"]) == pytest.approx(alone["v_max_kt"])
 
 
 def test_predict_by_the_map(ask):
@@ -172,9 +223,23 @@ def test_predict_by_the_map(ask):
 
 def test_thrust_map_command(ask, tmp_path, monkeypatch):
     nodes = thrust_survey.Nodes((0.0, 20000.0), (0.0,), (-10.0, 10.0), 8)
-    monkeypatch.setattr(thrust_survey, "Nodes", lambda: nodes)
+    monkeypatch.setitem(thrust_survey.NODES, "rudder", nodes)
     answer = ask("thrust-map", "--output", str(tmp_path / "map.npz"), "--json")
     assert answer.code == 0
     written = ThrustMap.load(tmp_path / "map.npz")
     assert written.table.shape == (2, 1, 2, 10)
     assert written.provenance["off_lattice"]["all"] == json.loads(answer.out)["all"]
+
+
+def test_thrust_map_command_of_an_aileron(ask, tmp_path, monkeypatch):
+    """Its exact cases are solved for it, here few, and kept beside it."""
+    nodes = thrust_survey.Nodes((0.0,), (-5.0, 5.0), (-20.0, 0.0, 20.0), 9)
+    monkeypatch.setitem(thrust_survey.NODES, "aileron", nodes)
+    table = off_lattice.case_table(("aileron",), 6)
+    monkeypatch.setattr(off_lattice, "case_table", lambda controls, cases: table)
+    path = tmp_path / "map.npz"
+    answer = ask("thrust-map", "--control", "aileron", "--output", path, "--workers", "1", "--json")
+    assert answer.code == 0
+    assert ThrustMap.load(path).control == "aileron"
+    assert json.loads(answer.out)["all"]["cases"] == 6
+    assert ask("thrust-map", "--control", "flaps").code == 2
