@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from gtm_fmu.envelopes.sections import Section, climb_interval, speed_interval, turn_rate_interval
     from gtm_fmu.envelopes.slopes import EnvelopeSlopes, envelope_slopes
     from gtm_fmu.envelopes.thrust_map import ThrustMap
+    from gtm_fmu.envelopes.trim_map import TrimMap
     from gtm_fmu.errors import InputError
     from gtm_fmu.trims.equilibrium import Equilibrium, equilibrium
     from gtm_fmu.trims.fmu_trimmer import FmuTrimmer
@@ -52,6 +53,7 @@ __all__ = [
     "Section",
     "ThrustMap",
     "Trim",
+    "TrimMap",
     "__version__",
     "choices",
     "climb_interval",
@@ -89,6 +91,7 @@ _NAMES = {
     "trims.manoeuvre": ("Trim",),
     "trims.steady": ("trim",),
     "envelopes.thrust_map": ("ThrustMap",),
+    "envelopes.trim_map": ("TrimMap",),
     "trims.fmu_trimmer": ("FmuTrimmer",),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}

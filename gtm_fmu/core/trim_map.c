@@ -29,14 +29,9 @@ typedef struct {
     double loading[2]; /* least and greatest so far */
 } search;
 
-static long nodes_of(const gtm_trim_map *map)
-{
-    return map->alphas * map->banks * map->rudders;
-}
-
 long gtm_trim_map_memory(const gtm_trim_map *map)
 {
-    return nodes_of(map) * GTM_TRIM_VALUES;
+    return map->alphas * map->banks * map->rudders * GTM_TRIM_VALUES;
 }
 
 /* The values at one altitude and path. */
