@@ -25,6 +25,8 @@ CALIBRATION_CASES, CALIBRATION_SEED = 1536, 7
 FURTHER_CASES, FURTHER_SEED = 4000, 2027
 """Further cases, which no model was fitted, chosen or calibrated by."""
 PARTS = ("restrictions", "jams", "all")
+PERCENTILES = (50, 95, 99, 99.9, 100)
+"""Of errors with and without a warning of a fold."""
 LEVEL, DEVIATIONS = 0.95, 1.96
 """Share of the errors inside an interval of so many standard deviations to both sides."""
 FILE = Path(str(files("gtm_fmu.datasets") / "data" / "off_lattice.npz"))
@@ -139,7 +141,10 @@ def scores(truth: OffLattice, speeds_kt: np.ndarray, feasible: np.ndarray) -> di
 
 
 def measured(surrogate: Surrogate, truth: OffLattice) -> dict[str, Any]:
-    """Scores of a surrogate, how many errors lie inside 95 % intervals, and what its warnings of folds are worth."""
+    """Scores of a surrogate, how many errors lie inside 95 % intervals, and what its warnings of folds are worth.
+
+    The percentiles of ``errors_kt`` are of V_min and V_max together, of cases with and without such a warning.
+    """
     found = surrogate.predict(truth.X)
     speeds = np.column_stack([found.v_min_kt, found.v_max_kt])
     known = truth.feasible & found.feasible
@@ -148,13 +153,20 @@ def measured(surrogate: Surrogate, truth: OffLattice) -> dict[str, Any]:
     inside = error < DEVIATIONS * np.column_stack([found.v_min_std_kt, found.v_max_std_kt])[known]
     largest = error.max(axis=1)
     worst = np.argsort(-largest)[:20]
+    flagged = fold[known]
+    by_fold = {"without_fold": error[~flagged], "with_fold": error[flagged]}
     return scores(truth, speeds, found.feasible) | {
+        "errors_kt": {part: _percentiles(errors) for part, errors in by_fold.items() if errors.size},
         "inside_95": float(inside.mean()),
         "folds": int(fold.sum()),
         "largest_without_fold_kt": float(largest[~fold[known]].max()),
         "wrong_verdicts_flagged": int((fold & (found.feasible != truth.feasible)).sum()),
         "worst_20_inside_95_or_fold": int((fold[known] | inside.all(axis=1))[worst].sum()),
     }
+
+
+def _percentiles(errors: np.ndarray) -> dict[str, float]:
+    return dict(zip(map(str, PERCENTILES), np.percentile(errors, PERCENTILES).tolist(), strict=True))
 
 
 def _scores(

@@ -31,8 +31,6 @@ FASTEST_KT = 200.0
 """Equivalent airspeed beyond every envelope: full thrust at sea level reaches 192 kn in a descent of 5 deg."""
 
 _ROUNDING_DEG = 1e-6
-_NO_THRUST_LBF = 1000.0
-"""More than any manoeuvre needs: what a map says where there is none."""
 
 
 class Nodes(NamedTuple):
@@ -65,7 +63,7 @@ NODES = {
     ),
 }
 """Those of the maps that come with the package."""
-TOLERANCES = {"rudder": Tolerances(), "aileron": Tolerances(), "elevator": Tolerances(reach_deg=0.5)}
+TOLERANCES = {"rudder": Tolerances(), "aileron": Tolerances(), "elevator": Tolerances(least_kt=0.02, reach_deg=0.5)}
 """Theirs, chosen on cases of their own. Near its least deflection an elevator leaves two ranges of speeds with a gap
 between, and whether the faster one is there depends on the altitude."""
 
@@ -213,18 +211,9 @@ def _write(kept: Path, asked: str, solved: list[np.ndarray]) -> None:
 
 
 def _filled(table: np.ndarray, deflections: np.ndarray) -> np.ndarray:
-    """The table (k, l, m, n) with what is missing interpolated along the deflections (m), but for gaps between speeds.
-
-    A gap is missing at two deflections that follow each other. There no thrust is enough; `_NO_THRUST_LBF` says so.
-    """
+    """The table (k, l, m, n) with what is missing interpolated along the deflections (m)."""
     filled = table.copy()
-    missing = np.isnan(table)
-    beside = np.zeros_like(missing)
-    beside[:, :, 1:] |= missing[:, :, :-1]
-    beside[:, :, :-1] |= missing[:, :, 1:]
-    is_gap = missing & beside & np.isfinite(table[..., :1])
-    is_gap[..., :2] = False
-    for k, gamma, i in set(map(tuple, np.argwhere(missing)[:, [0, 1, 3]].tolist())):
+    for k, gamma, i in set(map(tuple, np.argwhere(np.isnan(table))[:, [0, 1, 3]].tolist())):
         known = np.isfinite(table[k, gamma, :, i])
         filled[k, gamma, :, i] = np.interp(deflections, deflections[known], table[k, gamma, known, i])
-    return np.where(is_gap, _NO_THRUST_LBF, filled)
+    return filled

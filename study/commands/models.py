@@ -94,12 +94,8 @@ def predict(
     rudder_deg: Annotated[
         Pair | None, typer.Option(metavar="LOWER UPPER", help="Equal values are a jam; default -30 30.")
     ] = None,
-    aileron_deg: Annotated[
-        Pair | None, typer.Option(metavar="LOWER UPPER", help="Limits of the aileron.")
-    ] = None,
-    elevator_deg: Annotated[
-        Pair | None, typer.Option(metavar="LOWER UPPER", help="Limits of the elevator.")
-    ] = None,
+    aileron_deg: Annotated[Pair | None, typer.Option(metavar="LOWER UPPER", help="Limits of the aileron.")] = None,
+    elevator_deg: Annotated[Pair | None, typer.Option(metavar="LOWER UPPER", help="Limits of the elevator.")] = None,
     model: Annotated[str | None, typer.Option(metavar="NAME|FILE|FOLDER", help=MODEL_HELP)] = None,
     at: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="An input of MODEL; for each one.")] = None,
     data: Annotated[Path | None, typer.Option(help="Table of cases, in the place of one case.")] = None,

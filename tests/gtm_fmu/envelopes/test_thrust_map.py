@@ -15,7 +15,7 @@ from gtm_fmu.airframe.atmosphere import atmosphere
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, THRUST_MAPS, ThrustMap
-from gtm_fmu.envelopes.thrust_survey import FASTEST_KT, Nodes, _filled, gross_thrust_lbf, reach, survey, thrust_curve
+from gtm_fmu.envelopes.thrust_survey import FASTEST_KT, Nodes, gross_thrust_lbf, reach, survey, thrust_curve
 from gtm_fmu.errors import InputError
 from gtm_fmu.trims import steady
 from tests.reference import spec_values
@@ -275,16 +275,6 @@ def test_an_elevator_holds_few_deflections():
     assert -5.74 < least < -5.70
     with pytest.raises(InputError, match="no manoeuvre to map"):
         reach("elevator", 0.0, 0.0, (20.0, 30.0))
-
-
-def test_a_gap_between_speeds_is_no_miss():
-    """A thrust that is missing at one deflection was not found; at two that follow each other there is none."""
-    table = np.ones((1, 1, 4, 5))
-    table[0, 0, 1, 3] = table[0, 0, 2:, 4] = np.nan
-    filled = _filled(table, np.arange(4.0))
-    assert filled[0, 0, 1, 3] == 1.0
-    assert (filled[0, 0, 2:, 4] > 100).all()
-    assert filled[0, 0, 1, 4] == 1.0
 
 
 @pytest.mark.parametrize(
