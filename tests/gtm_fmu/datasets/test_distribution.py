@@ -201,7 +201,7 @@ class TestCluster:
             reason = "The scheduler was lost; finished chunks are kept, and the same command continues"
             with pytest.raises(InputError, match=reason):
                 compute(tmp_path / "a", TABLE, chunk=CHUNK, scheduler=cluster.scheduler_address, progress=lose)
-        assert open_cases(tmp_path / "a").finished[: 2 * CHUNK].all()
+        assert open_cases(tmp_path / "a").finished.sum() >= 2 * CHUNK  # two chunks, in whichever order they came
 
     def test_workers_without_the_package(self, tmp_path):
         with (
