@@ -15,7 +15,7 @@ from benchmarks.table import RESULTS, row, write
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.envelopes.boundary import envelope_boundary
 from gtm_fmu.envelopes.envelope import FlightCondition
-from study.explorer.page import explorer_page
+from gtm_study.explorer.page import explorer_page
 from tests.browser import DESKTOP, chromium, new_tab
 
 MOVES = 40

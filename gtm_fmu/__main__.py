@@ -3,7 +3,7 @@
 This file is the one of the package that knows the command line, which lies above it; nothing imports it.
 """
 
-from study.commands.cli import main
+from gtm_study.commands.cli import main
 
 if __name__ == "__main__":
     main()

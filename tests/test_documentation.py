@@ -24,7 +24,7 @@ import typer
 from typer.exceptions import TyperException
 
 from gtm_fmu import ControlLimits, linearize, trim
-from study.commands import cli
+from gtm_study.commands import cli
 
 pytestmark = pytest.mark.slow
 

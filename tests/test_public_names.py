@@ -68,4 +68,4 @@ def test_module_is_the_command_line():
     """`python -m gtm_fmu`; the package itself does not know the command line."""
     done = subprocess.run([sys.executable, "-m", "gtm_fmu", "--version"], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (0, f"gtm-fmu {gtm_fmu.__version__}\n", "")
-    assert run("import sys\nfrom gtm_fmu import ControlLimits, envelope\nprint('study' in sys.modules)") == "False"
+    assert run("import sys\nfrom gtm_fmu import ControlLimits, envelope\nprint('gtm_study' in sys.modules)") == "False"

@@ -15,7 +15,7 @@ import gtm_fmu
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("gtm_fmu", "surrogate", "sensitivity", "fmu_src", "study")
+PACKAGES = ("gtm_fmu", "surrogate", "sensitivity", "fmu_src", "gtm_study")
 
 
 def test_every_file_of_the_packages_is_installed(tmp_path):

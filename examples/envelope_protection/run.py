@@ -25,7 +25,7 @@ from examples.envelope_protection.importers import IMPORTERS  # noqa: E402
 from examples.envelope_protection.system import write_ssp  # noqa: E402
 from fmu_src.fmus import build_fmu  # noqa: E402
 from gtm_fmu.errors import InputError  # noqa: E402
-from study.progress import stages  # noqa: E402
+from gtm_study.progress import stages  # noqa: E402
 
 FLIGHTS = {"with protection": True, "without protection": False}
 ENVELOPES = ("envelope-native", "envelope", "surrogate-native", "surrogate", "thrust-map-native")

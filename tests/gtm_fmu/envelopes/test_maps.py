@@ -11,8 +11,8 @@ from gtm_fmu.envelopes.boundary import envelope_boundary
 from gtm_fmu.envelopes.envelope import FlightCondition, envelope
 from gtm_fmu.envelopes.family import envelope_family
 from gtm_fmu.errors import InputError
-from study.figures import families as family_figures
-from study.figures import maps as survey_figures
+from gtm_study.figures import families as family_figures
+from gtm_study.figures import maps as survey_figures
 
 
 @pytest.fixture(scope="module")

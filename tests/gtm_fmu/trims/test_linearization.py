@@ -13,7 +13,7 @@ from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import CONTROLS, LINEAR_STATES, STATES
 from gtm_fmu.core import motion
 from gtm_fmu.trims import linearization, steady
-from study.paper import nasa_comparison
+from gtm_study.paper import nasa_comparison
 
 NASA = Path(__file__).parents[2] / "reference" / "nasa_plots"
 ROWS = [STATES.index(name) for name in LINEAR_STATES]

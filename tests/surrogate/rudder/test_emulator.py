@@ -13,7 +13,7 @@ from gtm_fmu.airframe.tables import DATA_FILE
 from gtm_fmu.datasets.lattice import samples
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.errors import InputError
-from study.paper import published
+from gtm_study.paper import published
 from surrogate import Schedule, Variable, split_samples
 from surrogate.rudder.emulator import INPUTS, PAPER, SPEEDS, THROTTLE, RudderEmulator, train
 

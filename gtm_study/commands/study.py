@@ -1,0 +1,39 @@
+"""The command `gtm-fmu study`: the study from end to end."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gtm_study.commands.options import Json
+
+
+def study(
+    output: Annotated[Path, typer.Option(help="Folder of the results; what is finished there is kept.")] = Path(
+        "build/study"
+    ),
+    level: Annotated[str, typer.Option(help="How far: quick, paper or full.")] = "paper",
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="STAGE", help="Only this stage and what it needs. Once for each.")
+    ] = None,
+    listed: Annotated[bool, typer.Option("--list", help="Name the stages, and do nothing.")] = False,
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Start of all random numbers.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """The whole study, with figures, tables and a page, beside the published values.
+
+    FMUs, trims, linear models, envelopes, networks and sensitivity. A stage that is finished is not run again, and a
+    run that was stopped goes on.
+    """
+    if listed:
+        from gtm_study.paper.stages import STAGES
+
+        for stage in STAGES:
+            print(f"{stage.name:14} {stage.level:6} {stage.title}")
+        return
+    from gtm_study.paper.pipeline import run
+    from gtm_study.paper.report import study_report
+
+    results = run(output, seed, level, only or ())
+    print(json.dumps(results, allow_nan=False) if as_json else f"{study_report(results)}\nAll files are in {output}.")

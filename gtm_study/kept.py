@@ -1,0 +1,89 @@
+"""Finished parts of a long run, each kept in a folder under a hash of all that it follows from.
+
+A run that was stopped, or that is given again, takes from there what is finished and still holds. (What stops within a
+part has its own ways: a data set goes on with its store, a thrust map and indices with the blocks they had solved.)
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from gtm_fmu.airframe.provenance import provenance
+from gtm_fmu.core import library_path
+from gtm_fmu.files import writable_folder
+from gtm_study.files import write_text
+
+PACKAGES = ("gtm_fmu", "surrogate", "fmu_src", "sensitivity", "gtm_study")
+_ROOT = Path(__file__).parents[1]
+
+
+@cache
+def code() -> str:
+    """Hash of the package: its modules, the compiled core, the data that come with it and the numbers' libraries."""
+    digest = hashlib.sha256(json.dumps([provenance(), *(version(name) for name in ("numpy", "scipy"))]).encode())
+    files = (path for name in PACKAGES for path in (_ROOT / name).rglob("*") if path.suffix in (".py", ".npz", ".json"))
+    for path in sorted([*files, library_path()]):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+class Kept:
+    """The kept parts of a run in a folder.
+
+    Args:
+        folder: made if it is not there; the parts are JSON files in ``parts``.
+        facts: what all parts follow from, beside the code.
+    """
+
+    def __init__(self, folder: Path, **facts: Any):
+        self.folder = folder
+        self._parts = writable_folder(folder / "parts")
+        self._facts = facts
+
+    def key(self, name: str, facts: Mapping[str, Any]) -> str:
+        """Hash of what a part follows from."""
+        said = json.dumps([code(), name, self._facts, dict(facts)], sort_keys=True, default=repr)
+        return hashlib.sha256(said.encode()).hexdigest()
+
+    def find(self, name: str, **facts: Any) -> dict[str, Any] | None:
+        """The values of a part that is finished and whose files are all there, as they were written; else None."""
+        with suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
+            part = json.loads(self._path(name).read_text(encoding="utf-8"))
+            if part["key"] == self.key(name, facts) and all(
+                _size(self.folder / file) == size for file, size in part["files"].items()
+            ):
+                return dict(part["values"])
+        return None
+
+    def part(
+        self, name: str, compute: Callable[[], dict[str, Any]], files: Callable[[], list[Path]] = list, **facts: Any
+    ) -> dict[str, Any]:
+        """The values of a part: kept ones, or computed and then kept.
+
+        Args:
+            name: of its file.
+            compute: gives values that JSON can hold, and writes the part's files.
+            files: which files it wrote; asked when it is finished.
+            facts: what this part follows from.
+        """
+        kept = self.find(name, **facts)
+        if kept is not None:
+            return kept
+        values = compute()
+        sizes = {path.relative_to(self.folder).as_posix(): _size(path) for path in files()}
+        part = {"key": self.key(name, facts), "files": sizes, "values": values}
+        write_text(json.dumps(part, allow_nan=False), self._path(name))
+        return dict(json.loads(json.dumps(values)))
+
+    def _path(self, name: str) -> Path:
+        return self._parts / f"{name}.json"
+
+
+def _size(path: Path) -> int:
+    """Of a file in bytes, of a folder the number of its files."""
+    return sum(1 for entry in path.rglob("*") if entry.is_file()) if path.is_dir() else path.stat().st_size

@@ -1,0 +1,94 @@
+"""Level trims and longitudinal modes beside the plots that NASA publishes with GTM_DesignSim.
+
+python -m gtm_study.paper.nasa_comparison tests/reference/nasa_plots docs/images/nasa_trims_modes.png
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from gtm_fmu.errors import InputError
+from gtm_fmu.files import check_writable
+from gtm_fmu.trims import linearization, steady
+from gtm_fmu.trims.manoeuvre import Trim
+from gtm_study.files import save_figure
+
+ALTITUDE_FT = 800.0
+ALPHA_DEG = (-5.0, 30.0)
+"""Wider than the study's bounds: NASA's trims go into the stall, up to 28 deg."""
+_SIDE_DEG = 1e-6  # the published trims sit on breakpoints of alpha, where a slope has two sides
+
+
+def trim_at_eas(eas_kt: float) -> Trim:
+    """Level trim without sideslip at 800 ft, at an equivalent airspeed in kn."""
+    return steady.trim(ALTITUDE_FT, eas_kt=eas_kt, alpha_deg=ALPHA_DEG)
+
+
+def trim_at_alpha(alpha_deg: float) -> Trim:
+    """Level trim without sideslip at 800 ft, at an angle of attack in deg."""
+    return steady.trim(ALTITUDE_FT, angle_of_attack_deg=alpha_deg, alpha_deg=ALPHA_DEG)
+
+
+def modes(alpha_deg: float) -> list[list[linearization.Mode]]:
+    """Phugoid and short period just below and just above an angle of attack."""
+    sides = (alpha_deg - _SIDE_DEG, alpha_deg + _SIDE_DEG)
+    return [linearization.linearize(trim_at_alpha(side)).longitudinal_modes() for side in sides]
+
+
+def plot_comparison(readings: Path) -> Figure:
+    """NASA's readings (markers) on this model's curves."""
+    by_alpha, by_mode = (
+        np.genfromtxt(readings / f"{name}.csv", delimiter=",", names=True)
+        for name in ("level_trim_vs_alpha", "longitudinal_modes_vs_alpha")
+    )
+    figure = Figure(figsize=(10, 7), layout="constrained")
+    panels = figure.subplots(2, 2)
+    speeds = np.linspace(45.0, 135.0, 160)
+    trims = [trim_at_eas(eas) for eas in speeds.tolist()]
+    alphas = np.array([trim.alpha_deg for trim in trims])
+    for axes, column, values, label in (
+        (panels[0, 0], "eas_kt", speeds, "equivalent airspeed, kn"),
+        (panels[0, 1], "elevator_deg", [trim.elevator_deg for trim in trims], "elevator, deg"),
+        (panels[1, 0], "throttle_pct", [trim.throttle_pct for trim in trims], "throttle, %"),
+    ):
+        shown = by_alpha["alpha_deg"] <= alphas.max()
+        axes.plot(alphas, values, label="this model")
+        axes.plot(by_alpha["alpha_deg"][shown], by_alpha[column][shown], "o", mfc="none", label="NASA")
+        axes.set_ylabel(label)
+    shown = by_mode["alpha_deg"] <= 10.0
+    inner = np.arange(2.1, 10.0, 0.1)
+    found = [linearization.linearize(trim_at_alpha(alpha)).longitudinal_modes() for alpha in inner.tolist()]
+    for k, column, name in ((0, "phugoid_hz", "phugoid"), (1, "sp_hz", "short period")):
+        (line,) = panels[1, 1].plot(inner, [pair[k].frequency_hz for pair in found], ".", ms=3, label=name)
+        panels[1, 1].plot(by_mode["alpha_deg"][shown], by_mode[column][shown], "o", mfc="none", color=line.get_color())
+    panels[1, 1].set_yscale("log")
+    panels[1, 1].set_ylabel("frequency, Hz (circles: NASA)")
+    for axes in panels.flat:
+        axes.set_xlabel(r"angle of attack $\alpha$, deg")
+        axes.grid(alpha=0.3)
+        axes.legend()
+    return figure
+
+
+def main() -> int:
+    """Draw the figure; 2 where the readings are not there, or the picture cannot be written."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("readings", type=Path, help="folder of the values read off NASA's plots, as .csv")
+    parser.add_argument("picture", type=Path, help="the .png to write")
+    arguments = parser.parse_args()
+    try:
+        if arguments.picture.suffix != ".png":
+            raise InputError(f"{arguments.picture} does not end in .png; name the picture so.")
+        check_writable(arguments.picture)
+        save_figure(plot_comparison(arguments.readings), arguments.picture)
+    except (FileNotFoundError, InputError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,82 @@
+"""The study from end to end, stage by stage: what is finished is kept, and told at once in results and report."""
+
+import json
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from gtm_fmu.errors import InputError
+from gtm_fmu.files import writable_folder
+from gtm_study.files import write_text
+from gtm_study.kept import Kept
+from gtm_study.paper.report import study_report
+from gtm_study.paper.stages import LEVELS, STAGES, Run, Sizes, Stage
+from gtm_study.progress import stages
+
+
+def run(
+    output: Path,
+    seed: int = 0,
+    level: str = LEVELS[0],
+    only: Sequence[str] = (),
+    sizes: Sizes | None = None,
+    console: Console | None = None,
+) -> dict[str, Any]:
+    """Run the stages of the study into a folder and return the results of all that are finished.
+
+    A stage that is finished is not run again unless something has changed that it follows from; so a stopped run goes
+    on where it was. Every file is written in one piece or not at all. The same seed gives the same results.
+
+    Args:
+        level: how far: the stages of this one and of those before it in `LEVELS`.
+        only: names of stages, with those that they need; empty: all of the level.
+        sizes: how large the stages are.
+
+    Raises:
+        InputError: the folder cannot be written, there is no such level or stage, or torch is missing.
+    """
+    wanted = chosen(level, only)
+    if find_spec("torch") is None:
+        raise InputError("The study trains networks with torch, which is not here; run pip install 'gtm-fmu[train]'.")
+    output = writable_folder(output)
+    this = Run(output, seed, sizes or Sizes())
+    kept = Kept(output, seed=seed, sizes=this.sizes)
+    results: dict[str, Any] = {}
+    with stages(console or Console(stderr=True)) as stage:
+        for each in STAGES:
+            if each in wanted and kept.find(each.name) is None:
+                with stage(each.title) as advance:
+                    written: list[Path] = []
+                    kept.part(each.name, lambda: each.run(this, advance, written), lambda: written)  # noqa: B023
+            if (found := kept.find(each.name)) is not None:
+                results |= found
+            if each in wanted:
+                _tell(results, output)
+    return results
+
+
+def chosen(level: str, only: Sequence[str]) -> list[Stage]:
+    """The stages that are asked for, with all that they need, in order.
+
+    Raises:
+        InputError: there is no such level or stage.
+    """
+    if level not in LEVELS:
+        raise InputError(f"There is no level '{level}': give {', '.join(LEVELS)}.")
+    by_name = {each.name: each for each in STAGES}
+    if unknown := [name for name in only if name not in by_name]:
+        raise InputError(f"There is no stage '{unknown[0]}': give some of {', '.join(by_name)}.")
+    reached = LEVELS[: LEVELS.index(level) + 1]
+    names = set(only) or {each.name for each in STAGES if each.level in reached}
+    for each in reversed(STAGES):
+        if each.name in names:
+            names |= set(each.needs)
+    return [each for each in STAGES if each.name in names]
+
+
+def _tell(results: dict[str, Any], output: Path) -> None:
+    write_text(json.dumps(results, indent=1, allow_nan=False), output / "results.json")
+    write_text(study_report(results), output / "results.md")

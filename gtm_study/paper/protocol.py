@@ -1,0 +1,233 @@
+"""The paper's comparison of neural networks and local model networks (section III-D, III-E, appendix), over splits.
+
+Each part of it is computed once and kept as a file, so that a stopped run goes on where it was. The split of a seed is
+the same for all methods. Errors are mean squares of speeds mapped to 0..1 (paper eq. 11).
+"""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from gtm_fmu.datasets import off_lattice, paper
+from gtm_fmu.progress import Advance
+from gtm_study.files import save_figure
+from gtm_study.kept import Kept
+from gtm_study.paper import protocol_figures, published
+from gtm_study.paper.lattice import members
+from surrogate import Schedule, Selection, Split, select_network, split_samples
+from surrogate.plots import (
+    plot_error_histogram,
+    plot_growth,
+    plot_performance,
+    plot_regression,
+    plot_regularization,
+    plot_training,
+)
+from surrogate.rudder.emulator import INPUTS, SPEEDS
+from surrogate.training.local_selection import LocalSelection, select_local_models
+from surrogate.training.selection import squared_errors
+from surrogate.training.train import METHODS, Method
+
+TEST_FRACTION = 0.1
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """The feasible cases of the paper's lattice: inputs X (N, 4) as `INPUTS`, exact speeds Y (N, 2) in kn."""
+
+    X: np.ndarray
+    Y: np.ndarray
+
+    @property
+    def key(self) -> str:
+        """What the kept parts belong to."""
+        return hashlib.sha256(self.X.tobytes() + np.round(self.Y, 6).tobytes()).hexdigest()[:16]
+
+    def members(self, data_set: int) -> np.ndarray:
+        """Which cases (N,) belong to one of the paper's six data sets (Tables 7-12)."""
+        return members(data_set, *self.X[:, 1:].T)
+
+    def corners(self, rows: np.ndarray) -> list[int]:
+        """Which of the rows are the lattice's corner: sea level, steepest descent, rudder jammed hard over."""
+        altitude, gamma, lower, upper = self.X[rows].T
+        ends = (altitude == self.X[:, 0].min()) & (gamma == self.X[:, 1].min()) & (lower == upper)
+        return rows[ends & (np.abs(lower) == self.X[:, 2].max())].tolist()
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """The comparison on a lattice, into a folder."""
+
+    lattice: Lattice
+    folder: Path
+    rounds: int = published.TRAINING_ROUNDS
+    jobs: int = 1
+    schedule: Schedule | None = None
+    """Of the networks' training; None: the trainers' own."""
+    neuron_counts: tuple[int, ...] = tuple(range(1, 21))
+    neuron_iterations: int = 10
+    """The appendix: 1 to 20 hidden neurons, the process iterated 10 times."""
+
+    def split(self, seed: int, data_set: int = 6) -> Split:
+        """The split of a seed; the independent part is that of the whole data set, whichever set is trained on."""
+        members = self.lattice.members(data_set)
+        return split_samples(len(self.lattice.X), self.rounds, TEST_FRACTION, seed, members)
+
+    def part(self, name: str, compute: Callable[[], tuple[dict[str, Any], dict[str, Figure]]]) -> dict[str, Any]:
+        """Values of a part, kept or computed, its figures first."""
+        drawn: list[Path] = []
+
+        def computed() -> dict[str, Any]:
+            values, figures = compute()
+            for title, figure in figures.items():
+                drawn.append(self.folder / f"{title}.png")
+                save_figure(figure, drawn[-1])
+            return values
+
+        kept = Kept(self.folder, lattice=self.lattice.key, rounds=self.rounds, schedule=self.schedule)
+        return kept.part(name, computed, lambda: drawn, neurons=self.neuron_counts, iterations=self.neuron_iterations)
+
+    def networks(self, method: Method, seed: int, advance: Advance, data_set: int = 6) -> dict[str, Any]:
+        """Algorithm 1 with a method on a data set."""
+
+        def compute() -> tuple[dict[str, Any], dict[str, Figure]]:
+            selection = self._select(method, seed, self.split(seed, data_set), advance)
+            values = self._scores(selection, squared_errors(selection.network, selection.X, selection.Y))
+            values["epochs"] = [len(history.sse) - 1 for history in selection.histories]
+            values["off_lattice"] = _off_lattice(selection.network.predict)
+            values["metrics"] = selection.network.metrics
+            drawn = seed == 0 and data_set == 6
+            return values, _network_figures(selection, method) if drawn else {}
+
+        return self.part(f"{method}-set{data_set}-split{seed}", compute)
+
+    def local_models(self, seed: int, advance: Advance, data_set: int = 6) -> dict[str, Any]:
+        """Algorithm 2 on a data set."""
+
+        def compute() -> tuple[dict[str, Any], dict[str, Figure]]:
+            X, Y = self.lattice.X, self.lattice.Y
+            selection = select_local_models(
+                X,
+                Y,
+                inputs=INPUTS,
+                outputs=SPEEDS,
+                seed=seed,
+                split=self.split(seed, data_set),
+                jobs=self.jobs,
+                progress=advance,
+            )
+            squares = ((selection.predict(X) - Y) / np.ptp(Y, axis=0)) ** 2
+            values = self._scores(selection, squares)
+            values["chosen"] = [
+                [f"{c.algorithm} {c.local_model}" for c in selection.best(j)] for j in range(self.rounds)
+            ]
+            values["sizes"] = [
+                {"models": c.network.models, "parameters": int(c.growth.parameters[c.growth.best - 1])}
+                for c in selection.best(selection.selected)
+            ]
+            values["off_lattice"] = _off_lattice(selection.predict)
+            drawn = seed == 0 and data_set == 6
+            return values, _growth_figures(selection) if drawn else {}
+
+        return self.part(f"local_models-set{data_set}-split{seed}", compute)
+
+    def neurons(self, seed: int, advance: Advance) -> dict[str, Any]:
+        """Least errors on the independent part by number of hidden neurons and iteration (Fig. 41)."""
+
+        def compute() -> tuple[dict[str, Any], dict[str, Figure]]:
+            split = split_samples(len(self.lattice.X), self.neuron_iterations, TEST_FRACTION, seed)
+            mse = []
+            for k, hidden in enumerate(self.neuron_counts):
+                selection = self._select("bayesian_regularization", seed, split, lambda *_: None, hidden)
+                mse.append(selection.mse["independent"].tolist())
+                advance(k + 1, len(self.neuron_counts))
+            return {"neurons": list(self.neuron_counts), "mse_independent": mse}, {}
+
+        return self.part(f"neurons-split{seed}", compute)
+
+    def _select(self, method: Method, seed: int, split: Split, advance: Advance, hidden: int = 10) -> Selection:
+        return select_network(
+            self.lattice.X,
+            self.lattice.Y,
+            inputs=INPUTS,
+            outputs=SPEEDS,
+            seed=seed,
+            method=method,
+            split=split,
+            hidden=hidden,
+            schedule=self.schedule,
+            progress=advance,
+        )
+
+    def _scores(self, selection: Selection | LocalSelection, squares: np.ndarray) -> dict[str, Any]:
+        """Errors of all rounds, and of the selected model (squares (N, 2)) at each independent case."""
+        independent = selection.split.independent
+        return {
+            "samples": int(selection.split.training.shape[1] + selection.split.test.shape[1]),
+            "mse_independent": selection.mse["independent"].tolist(),
+            "mse_by_output": selection.mse_by_output["independent"].tolist(),
+            "mse_training": selection.mse["training"].tolist(),
+            "selected": selection.selected,
+            "cases": self.lattice.X[independent].tolist(),
+            "squared_errors": squares[independent].tolist(),
+            "corners": self.lattice.X[self.lattice.corners(independent)].tolist(),
+        }
+
+
+def run(protocol: Protocol, splits: int, data_set_splits: int, stage: Callable) -> dict[str, Any]:
+    """All parts, and the results that they make: tables and figures beside the parts."""
+    methods: dict[Method, list[dict[str, Any]]] = {}
+    for method, (name, _) in METHODS.items():
+        methods[method] = []
+        for seed in range(splits):
+            with stage(f"{name}, split {seed + 1}") as advance:
+                methods[method].append(protocol.networks(method, seed, advance))
+    local = []
+    for seed in range(splits):
+        with stage(f"Local model networks, split {seed + 1}") as advance:
+            local.append(protocol.local_models(seed, advance))
+    data_sets: dict[int, list[dict[str, Any]]] = {}
+    for data_set in paper.DATA_SETS:
+        data_sets[data_set] = []
+        for seed in range(data_set_splits):
+            with stage(f"Data set {data_set}, split {seed + 1}") as advance:
+                network = protocol.networks("bayesian_regularization", seed, advance, data_set)
+                local_models = protocol.local_models(seed, advance, data_set)
+            data_sets[data_set].append({"network": network, "local_models": local_models})
+    with stage("Hidden neurons") as advance:
+        neurons = protocol.neurons(0, advance)
+    results = {"networks": methods, "local_models": local, "data_sets": data_sets, "neurons": neurons}
+    for title, figure in protocol_figures.figures(results).items():
+        save_figure(figure, protocol.folder / f"{title}.png")
+    return results
+
+
+def _off_lattice(predict: Callable[[np.ndarray], np.ndarray]) -> dict[str, Any]:
+    """Errors on the off-lattice test set, where envelopes exist."""
+    truth = off_lattice.load()
+    return off_lattice.scores(truth, predict(truth.X), truth.feasible)
+
+
+def _network_figures(selection: Selection, method: Method) -> dict[str, Figure]:
+    """Figs. 11-13 (Bayesian regularisation) or 14-16, and what the paper does not show: the evidence parameters."""
+    figures = {
+        f"{method}_training": plot_training(selection),
+        f"{method}_regression": plot_regression(selection),
+        f"{method}_errors": plot_error_histogram(selection),
+        f"{method}_networks": plot_performance(selection),
+    }
+    if method == "bayesian_regularization":
+        figures[f"{method}_evidence"] = plot_regularization(selection.histories[selection.selected])
+    return figures
+
+
+def _growth_figures(selection: LocalSelection) -> dict[str, Figure]:
+    """Figs. 20-22: the growth of all six networks of V_max in the selected round."""
+    six = selection.candidates[selection.selected][-1]
+    growths = {f"{c.algorithm.upper()}, {c.local_model.replace('_', ' ')}": c.growth for c in six}
+    return {f"growth_{part}": plot_growth(growths, part) for part in ("training", "validation")}

@@ -1,0 +1,133 @@
+"""Figures of the comparison of networks (paper Figs. 10, 17-19, 23, 28, 41)."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from gtm_study.paper import published
+
+MSE = "mean squared error on [0, 1]"
+COLOURS = {"bayesian_regularization": "tab:blue", "levenberg_marquardt": "tab:orange", "local_models": "tab:green"}
+NAMES = {
+    "bayesian_regularization": "Bayesian regularisation",
+    "levenberg_marquardt": "Levenberg-Marquardt",
+    "local_models": "local model networks",
+}
+OUTPUTS = ("$V_{min}$", "$V_{max}$")
+
+
+def figures(results: dict[str, Any]) -> dict[str, Figure]:
+    """All of them, the paper's from the first split."""
+    networks, local = results["networks"], results["local_models"]
+    first = {name: splits[0] for name, splits in networks.items()} | {"local_models": local[0]}
+    return {
+        "trainings": plot_rounds({name: first[name] for name in networks}, "Fig. 10"),
+        "networks_and_local_models": plot_rounds(
+            {name: first[name] for name in ("bayesian_regularization", "local_models")}, "Fig. 17"
+        ),
+        "local_models_by_output": plot_outputs(first["local_models"], "local model networks (Fig. 18)"),
+        "networks_by_output": plot_outputs(first["bayesian_regularization"], "neural networks (Fig. 19)"),
+        "squared_errors": plot_squared_errors(first),
+        "splits": plot_splits(networks | {"local_models": local}),
+        "data_sets": plot_data_sets(results["data_sets"]),
+        "neurons": plot_neurons(results["neurons"]),
+    }
+
+
+def plot_rounds(methods: dict[str, dict[str, Any]], title: str) -> Figure:
+    """Errors of the networks of all rounds on the independent test data, the selected ones marked."""
+    figure, axes = _figure()
+    for name, part in methods.items():
+        mse, best = np.array(part["mse_independent"]), part["selected"]
+        axes.semilogy(np.arange(1, len(mse) + 1), mse, "o-", ms=4, color=COLOURS[name], label=NAMES[name])
+        axes.semilogy(
+            best + 1, mse[best], "o", ms=12, mfc="none", color=COLOURS[name], label=f"selected: {mse[best]:.2g}"
+        )
+    axes.set(xlabel="round", ylabel=f"{MSE}, independent test", title=f"As {title} of the paper")
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    return _finished(figure, axes)
+
+
+def plot_outputs(part: dict[str, Any], title: str) -> Figure:
+    """The same for each output and their mean."""
+    figure, axes = _figure()
+    mse = np.array(part["mse_by_output"])
+    rounds = np.arange(1, len(mse) + 1)
+    for o, name in enumerate(OUTPUTS):
+        axes.semilogy(rounds, mse[:, o], "s--", ms=4, lw=0.8, label=name)
+    axes.semilogy(rounds, mse.mean(axis=1), "ko-", ms=4, label="mean")
+    axes.set(xlabel="round", ylabel=f"{MSE}, independent test", title=title)
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    return _finished(figure, axes)
+
+
+def plot_squared_errors(methods: dict[str, dict[str, Any]]) -> Figure:
+    """Squared errors of V_max of the selected models at every independent case (Fig. 23)."""
+    figure, axes = _figure()
+    for name in ("bayesian_regularization", "local_models"):
+        squares = np.array(methods[name]["squared_errors"])[:, 1]
+        axes.plot(np.arange(1, len(squares) + 1), squares, "o-", ms=3, lw=0.8, color=COLOURS[name], label=NAMES[name])
+    axes.set(xlabel="case of the independent test data", ylabel="squared error of $V_{max}$ on [0, 1]")
+    return _finished(figure, axes)
+
+
+def plot_splits(methods: dict[str, list[dict[str, Any]]]) -> Figure:
+    """Errors of all rounds by split and method; splits with a corner of the lattice among the tests are marked."""
+    figure, axes = _figure()
+    for k, (name, splits) in enumerate(methods.items()):
+        for s, part in enumerate(splits):
+            x = s + 1 + 0.22 * (k - 1)
+            mse = np.array(part["mse_independent"])
+            axes.semilogy(np.full(len(mse), x), mse, ".", ms=4, alpha=0.5, color=COLOURS[name])
+            axes.semilogy(x, mse.min(), "_", ms=16, mew=2.5, color=COLOURS[name], label=NAMES[name] if s == 0 else None)
+            if part["corners"] and k == 0:
+                axes.annotate(
+                    "corner case\nin the test", (s + 1, mse.max()), ha="center", va="bottom", fontsize="small"
+                )
+    axes.axhline(published.MSE_ANN[6], color="k", ls=":", label="paper, best network")
+    axes.axhline(published.MSE_LMN[6], color="k", ls="--", lw=0.8, label="paper, best local model network")
+    splits_shown = np.arange(1, len(next(iter(methods.values()))) + 1)
+    axes.set(xlabel="split", xticks=splits_shown, ylabel=f"{MSE}, independent test")
+    axes.margins(y=0.15)
+    return _finished(figure, axes)
+
+
+def plot_data_sets(data_sets: dict[int, list[dict[str, Any]]]) -> Figure:
+    """Least errors on the independent test data by data set, median over splits, beside the paper's (Fig. 28)."""
+    figure, axes = _figure()
+    numbers = list(data_sets)
+    for key, name, paper, marker in (
+        ("network", "bayesian_regularization", published.MSE_ANN, "o"),
+        ("local_models", "local_models", published.MSE_LMN, "s"),
+    ):
+        least = [np.median([min(part[key]["mse_independent"]) for part in data_sets[n]]) for n in numbers]
+        axes.semilogy(numbers, least, f"{marker}-", color=COLOURS[name], label=f"{NAMES[name]}, here")
+        axes.semilogy(
+            numbers, [paper[n] for n in numbers], f"{marker}:", mfc="none", color=COLOURS[name], label="the paper's"
+        )
+    samples = [f"{n}\n({data_sets[n][0]['network']['samples']})" for n in numbers]
+    axes.set_xticks(numbers, samples)
+    axes.set(xlabel="data set (training samples here)", ylabel=f"{MSE}, independent test")
+    return _finished(figure, axes)
+
+
+def plot_neurons(neurons: dict[str, Any]) -> Figure:
+    """Errors by number of hidden neurons, a line an iteration (Fig. 41)."""
+    figure, axes = _figure()
+    mse = np.array(neurons["mse_independent"])
+    axes.semilogy(neurons["neurons"], mse, "-", lw=0.8, color="tab:blue", alpha=0.5)
+    axes.semilogy(neurons["neurons"], np.median(mse, axis=1), "k-", lw=2, label="median")
+    axes.set(xlabel="hidden neurons", ylabel=f"{MSE}, independent test", xticks=neurons["neurons"])
+    return _finished(figure, axes)
+
+
+def _figure() -> tuple[Figure, Any]:
+    figure = Figure(figsize=(8, 4.8), layout="constrained")
+    return figure, figure.subplots()
+
+
+def _finished(figure: Figure, axes: Any) -> Figure:
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend(fontsize="small")
+    return figure
