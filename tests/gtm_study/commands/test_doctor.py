@@ -3,7 +3,7 @@
 import json
 
 from gtm_study.commands import doctor
-from tests.study.conftest import Answer
+from tests.gtm_study.conftest import Answer
 
 
 def test_parts_that_are_here_have_a_version_or_a_place(ask):

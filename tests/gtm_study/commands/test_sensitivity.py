@@ -18,7 +18,7 @@ from gtm_study.commands import evaluated_model, sensitivity_models
 from sensitivity import test_functions as functions
 from surrogate import LolimotRegressor, load_model
 from surrogate.rudder.surrogates import load_surrogate
-from tests.study.commands.test_cli_refusals import assert_sentence
+from tests.gtm_study.commands.test_cli_refusals import assert_sentence
 
 pytestmark = pytest.mark.slow
 
