@@ -5,7 +5,7 @@ BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/e
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
 	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py)) surrogate/core/network.c
 
-.PHONY: study test quick coverage benchmarks publish-benchmarks wheels clean
+.PHONY: study test quick coverage docs benchmarks publish-benchmarks wheels clean
 
 study: .venv/installed
 	$(BIN)/gtm-fmu study --output build/study
@@ -27,6 +27,10 @@ coverage: .venv/installed
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
+# The documentation as a site in build/site; open build/site/index.html, no server and no network needed.
+docs: .venv/installed
+	$(BIN)/mkdocs build --strict --quiet
+
 benchmarks: .venv/installed
 	for script in $(filter-out benchmarks/table.py benchmarks/compare.py,$(wildcard benchmarks/*.py)); do \
 		$(BIN)/python $$script || exit 1; done
@@ -43,7 +47,7 @@ wheels: .venv/installed
 .venv/installed: $(BUILT_FROM)
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --constraint constraints.txt setuptools wheel casadi numpy
-	$(BIN)/pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[train,test]'
+	$(BIN)/pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[train,test,docs]'
 	touch $@
 
 clean:

@@ -73,7 +73,8 @@ def variance_indices_until(
     Args:
         model: maps points (rows, M) to outputs (rows,) or (rows, outputs).
         half_width: as 0.005.
-        least, most: first and greatest N.
+        least: first N.
+        most: greatest N.
         confidence: of the intervals.
         progress: called after each step with N and the half width reached.
 

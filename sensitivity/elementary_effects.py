@@ -71,7 +71,9 @@ class EffectsDesign:
             scaling: "range": times the input's range, so that effects of different inputs compare. "paper": times
                 I0 / f(I0) at the start of the step (paper eq. 47), which vanishes where the input is 0 and is infinite
                 where the output is. "none": in units of output over input.
-            confidence, n_bootstrap, seed: of the intervals, by resampling the groups.
+            confidence: of the intervals.
+            n_bootstrap: resamples of the groups, for the intervals.
+            seed: of the resamples.
 
         Raises:
             ValueError: outputs of another shape or not finite, or a scaling that is not known.

@@ -81,7 +81,8 @@ def given_data_indices(
 
     Args:
         bins: of each input; default: the cube root of n, times 2.
-        n_bootstrap, seed: of the intervals, by resampling rows.
+        n_bootstrap: resamples of the rows, for the intervals.
+        seed: of the resamples.
 
     Raises:
         ValueError: shapes that do not fit, an input that does not vary, or too few rows for the bins.

@@ -161,9 +161,16 @@ def manoeuvres(
     """Whether steady manoeuvres can be flown, with their margins: 150 000 a second and more with a jammed rudder.
 
     Args:
-        altitude_ft, tas_kt, gamma_deg, turn_rate_deg_s: ft, kn true airspeed, deg, deg/s (positive to the right);
-            they broadcast against each other to n manoeuvres.
-        limits: a failure for all of them, or one for each.
+        altitude_ft: geometric altitude in ft. It and the next three broadcast against each other to n manoeuvres.
+        tas_kt: true airspeed in kn.
+        gamma_deg: flight-path angle in deg, positive in a climb.
+        turn_rate_deg_s: turn rate in deg/s, positive to the right.
+        limits: a failure for all of them, or one for each; None: no failure.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
+
+    Returns:
+        Verdicts, margins and trims of the n manoeuvres, in the order of the broadcast arrays.
 
     Raises:
         InputError: a value outside what is allowed, shapes that do not fit, or another number of failures.

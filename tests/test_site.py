@@ -1,0 +1,103 @@
+"""The documentation as a site: it builds without a warning, needs no network, and tells what the code has."""
+
+import html
+import os
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+import typer
+
+from fmu_src import MODELS, NATIVE_MODELS
+from gtm_study.commands import cli
+from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, chromium, new_tab
+
+pytest.importorskip("mkdocs", reason="the extra `docs` is not installed")
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("gtm_fmu", "surrogate", "sensitivity", "fmu_src")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """The site as `make docs` builds it: a warning, as of a link that leads nowhere, ends it."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)]
+    settings = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=settings, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def text(site: Path, page: str) -> str:
+    return html.unescape((site / page).read_text(encoding="utf-8"))
+
+
+def test_nothing_is_loaded_from_a_network(site):
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 20
+    for page in pages:
+        loaded = re.findall(r"<(?:script|img|iframe|source)[^>]*\ssrc=\"?([^\s\">]+)", page.read_text(encoding="utf-8"))
+        loaded += re.findall(r"<link[^>]*\shref=\"?([^\s\">]+)", page.read_text(encoding="utf-8"))
+        assert loaded
+        assert not [url for url in loaded if url.startswith(("http:", "https:", "//"))], page
+    for sheet in site.rglob("*.css"):
+        assert not re.search(r"url\([\"']?(https?:)?//", sheet.read_text(encoding="utf-8")), sheet
+
+
+def test_every_command_and_option_is_told(site):
+    page = text(site, "reference/command-line.html")
+
+    def check(command, name: str) -> None:
+        assert f">{name}<" in page, name
+        for parameter in command.params:
+            told = parameter.opts if parameter.opts[0].startswith("-") else [parameter.metavar or parameter.name]
+            assert all(f"<code>{each}" in page for each in told), f"{name} {told}"
+        for child, each in getattr(command, "commands", {}).items():
+            check(each, f"{name} {child}")
+
+    commands = typer.main.get_command(cli.app).commands
+    assert len(commands) >= 19
+    for name, command in commands.items():
+        check(command, f"gtm-fmu {name}")
+
+
+def test_every_variable_of_every_fmu_is_told(site):
+    page = text(site, "reference/fmu-variables.html")
+    named, cells = set(re.findall("<code>(.*?)</code>", page)), set(re.findall("<td>(.*?)</td>", page))
+    for contents in (*MODELS.values(), *NATIVE_MODELS.values()):
+        model = contents([]).model
+        assert model.name in named
+        for variable in model.variables:
+            assert variable.name in named
+            assert any(cell.startswith(variable.description) for cell in cells), variable.name
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_public_name_has_an_entry(site, package):
+    anchors = set(re.findall(r'id="([\w.]+)"', text(site, f"reference/{package}.html")))
+    names = {f"{package}.{name}" for name in import_module(package).__all__ if not name.startswith("__")}
+    assert names <= anchors
+
+
+def test_equations_need_no_script(site):
+    assert not any("arithmatex" in page.read_text(encoding="utf-8") for page in site.rglob("*.html"))
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+def test_search_and_pages_from_a_file(site, tmp_path):
+    """A reader opens the page as a file, without a network, and searches; pages are no wider than a phone."""
+    with chromium(tmp_path) as browser, new_tab(browser) as (tab, complaints):
+        for page in ("index", "airframe", "better-surrogates", "reference/fmu-variables", "reference/gtm_fmu"):
+            tab.goto((site / f"{page}.html").as_uri())
+            assert tab.evaluate("document.documentElement.scrollWidth") <= PHONE["width"], page
+        tab.set_viewport_size(DESKTOP)
+        tab.goto((site / "index.html").as_uri())
+        tab.fill("input.md-search__input", "thrust map")
+        tab.wait_for_selector(".md-search-result__item")
+        assert "Better surrogates" in tab.inner_text(".md-search-result__list")
+        assert not complaints
