@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import check_writable, write_whole
@@ -22,8 +22,14 @@ def write_bytes(content: bytes, path: Path) -> None:
 
 
 def save_figure(figure: "Figure", path: Path) -> None:
-    """Write a figure as PNG."""
-    write_whole(path, lambda partial: figure.savefig(partial, format="png", dpi=110))
+    """Write a figure as PNG, or as SVG where its name ends so; the same figure gives the same bytes."""
+    from matplotlib import rc_context
+
+    drawn: dict[str, Any] = (
+        {"format": "svg", "metadata": {"Date": None}} if path.suffix == ".svg" else {"format": "png"}
+    )
+    with rc_context({"svg.hashsalt": path.name}):
+        write_whole(path, lambda partial: figure.savefig(partial, dpi=110, **drawn))
 
 
 def check_picture(path: Path) -> None:

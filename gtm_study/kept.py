@@ -6,12 +6,13 @@ part has its own ways: a data set goes on with its store, a thrust map and indic
 
 import hashlib
 import json
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.core import library_path
@@ -20,16 +21,36 @@ from gtm_study.files import write_text
 
 PACKAGES = ("gtm_fmu", "surrogate", "fmu_src", "sensitivity", "gtm_study")
 _ROOT = Path(__file__).parents[1]
+_MADE = (".pyc", ".so", ".dll", ".dylib", ".o")
 
 
 @cache
 def code() -> str:
-    """Hash of the package: its modules, the compiled core, the data that come with it and the numbers' libraries."""
+    """Hash of the packages: modules, pages, data, the compiled core and the numbers' libraries."""
     digest = hashlib.sha256(json.dumps([provenance(), *(version(name) for name in ("numpy", "scipy"))]).encode())
-    files = (path for name in PACKAGES for path in (_ROOT / name).rglob("*") if path.suffix in (".py", ".npz", ".json"))
-    for path in sorted([*files, library_path()]):
+    for path in sorted([*sources(_ROOT), library_path()]):
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def sources(root: Path) -> list[Path]:
+    """All files of the packages but what Python and compilers make of them."""
+    files = (path for name in PACKAGES for path in (root / name).rglob("*") if path.is_file())
+    return [path for path in files if path.suffix not in _MADE and "__pycache__" not in path.parts]
+
+
+class Part(NamedTuple):
+    """A finished part.
+
+    Attributes:
+        values: what it computed, as JSON holds them.
+        files: that it wrote, by their names in the folder.
+        seconds: that it took.
+    """
+
+    values: dict[str, Any]
+    files: tuple[str, ...]
+    seconds: float
 
 
 class Kept:
@@ -50,14 +71,14 @@ class Kept:
         said = json.dumps([code(), name, self._facts, dict(facts)], sort_keys=True, default=repr)
         return hashlib.sha256(said.encode()).hexdigest()
 
-    def find(self, name: str, **facts: Any) -> dict[str, Any] | None:
-        """The values of a part that is finished and whose files are all there, as they were written; else None."""
+    def find(self, name: str, **facts: Any) -> Part | None:
+        """A part that is finished and whose files are all there, as they were written; else None."""
         with suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
             part = json.loads(self._path(name).read_text(encoding="utf-8"))
             if part["key"] == self.key(name, facts) and all(
                 _size(self.folder / file) == size for file, size in part["files"].items()
             ):
-                return dict(part["values"])
+                return Part(dict(part["values"]), tuple(part["files"]), float(part["seconds"]))
         return None
 
     def part(
@@ -73,10 +94,12 @@ class Kept:
         """
         kept = self.find(name, **facts)
         if kept is not None:
-            return kept
+            return kept.values
+        started = time.monotonic()
         values = compute()
+        seconds = round(time.monotonic() - started, 1)
         sizes = {path.relative_to(self.folder).as_posix(): _size(path) for path in files()}
-        part = {"key": self.key(name, facts), "files": sizes, "values": values}
+        part = {"key": self.key(name, facts), "files": sizes, "seconds": seconds, "values": values}
         write_text(json.dumps(part, allow_nan=False), self._path(name))
         return dict(json.loads(json.dumps(values)))
 

@@ -1,7 +1,7 @@
 """The study from end to end, stage by stage: what is finished is kept, and told at once in results and report."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -11,21 +11,25 @@ from rich.console import Console
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import writable_folder
 from gtm_study.files import write_text
-from gtm_study.kept import Kept
+from gtm_study.kept import Kept, Part
 from gtm_study.paper.report import study_report
-from gtm_study.paper.stages import LEVELS, STAGES, Run, Sizes, Stage
+from gtm_study.paper.stages import LEVELS, STAGES, USUAL_LEVEL, Run, Sizes, Stage
 from gtm_study.progress import stages
+
+Finished = dict[str, Part]
+"""The stages that are finished by name, in the order of `STAGES`: their values, files and seconds."""
 
 
 def run(
     output: Path,
     seed: int = 0,
-    level: str = LEVELS[0],
+    level: str = USUAL_LEVEL,
     only: Sequence[str] = (),
     sizes: Sizes | None = None,
     console: Console | None = None,
+    after_stage: Callable[[Run, Finished], None] | None = None,
 ) -> dict[str, Any]:
-    """Run the stages of the study into a folder and return the results of all that are finished.
+    """Run the stages of the study into a folder and return the values of all that are finished, by stage.
 
     A stage that is finished is not run again unless something has changed that it follows from; so a stopped run goes
     on where it was. Every file is written in one piece or not at all. The same seed gives the same results.
@@ -34,6 +38,7 @@ def run(
         level: how far: the stages of this one and of those before it in `LEVELS`.
         only: names of stages, with those that they need; empty: all of the level.
         sizes: how large the stages are.
+        after_stage: called at the start and after each stage with the run and all that is finished.
 
     Raises:
         InputError: the folder cannot be written, there is no such level or stage, or torch is missing.
@@ -41,21 +46,33 @@ def run(
     wanted = chosen(level, only)
     if find_spec("torch") is None:
         raise InputError("The study trains networks with torch, which is not here; run pip install 'gtm-fmu[train]'.")
-    output = writable_folder(output)
-    this = Run(output, seed, sizes or Sizes())
-    kept = Kept(output, seed=seed, sizes=this.sizes)
-    results: dict[str, Any] = {}
+    this = Run(writable_folder(output), seed, sizes or Sizes())
+    kept = Kept(this.folder, seed=seed, sizes=this.sizes)
+
+    def finished() -> Finished:
+        found = {each.name: kept.find(each.name) for each in STAGES}
+        return {name: part for name, part in found.items() if part is not None}
+
+    def tell() -> None:
+        told = finished()
+        _write(results(told), this.folder)
+        if after_stage:
+            after_stage(this, told)
+
+    tell()
     with stages(console or Console(stderr=True)) as stage:
-        for each in STAGES:
-            if each in wanted and kept.find(each.name) is None:
+        for each in wanted:
+            if kept.find(each.name) is None:
                 with stage(each.title) as advance:
                     written: list[Path] = []
                     kept.part(each.name, lambda: each.run(this, advance, written), lambda: written)  # noqa: B023
-            if (found := kept.find(each.name)) is not None:
-                results |= found
-            if each in wanted:
-                _tell(results, output)
-    return results
+                tell()
+    return results(finished())
+
+
+def results(finished: Finished) -> dict[str, Any]:
+    """Values of the finished stages, by stage."""
+    return {name: part.values for name, part in finished.items()}
 
 
 def chosen(level: str, only: Sequence[str]) -> list[Stage]:
@@ -77,6 +94,6 @@ def chosen(level: str, only: Sequence[str]) -> list[Stage]:
     return [each for each in STAGES if each.name in names]
 
 
-def _tell(results: dict[str, Any], output: Path) -> None:
-    write_text(json.dumps(results, indent=1, allow_nan=False), output / "results.json")
-    write_text(study_report(results), output / "results.md")
+def _write(values: dict[str, Any], output: Path) -> None:
+    write_text(json.dumps(values, indent=1, allow_nan=False), output / "results.json")
+    write_text(study_report(values), output / "results.md")

@@ -14,7 +14,8 @@ def study_report(results: dict[str, Any]) -> str:
     """The results of all stages that are finished, as Markdown."""
     parts = [*_tables(results), _models(results)]
     if "sensitivity" in results:
-        parts.append(sensitivity_report.sensitivity_section(results["sensitivity"], results["failures"]))
+        found = results["sensitivity"]
+        parts.append(sensitivity_report.sensitivity_section(found, found["failures"]))
     return "# Results\n\n" + "\n".join(filter(None, parts))
 
 
@@ -59,15 +60,16 @@ def _fmu_rows(surrogate: dict[str, Any]) -> list[Row]:
 
 
 _ROWS: dict[str, Callable[[dict[str, Any]], list[Row]]] = {
-    "envelopes": _envelope_rows,
+    "lattice": _envelope_rows,
     "networks": _network_rows,
     "trims": _trim_rows,
-    "surrogate_fmu": _fmu_rows,
+    "surrogate-fmu": _fmu_rows,
 }
 
 
 def _models(results: dict[str, Any]) -> str:
-    models = results.get("thrust_map", {}) | results.get("off_lattice", {})
+    names = {"surrogate-fmu": "thrust map (GtmSurrogate.fmu)", "networks": "the paper's networks"}
+    models = {name: results[stage]["off_lattice"] for stage, name in names.items() if stage in results}
     return _shipped(models) if models else ""
 
 

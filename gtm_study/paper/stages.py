@@ -28,7 +28,8 @@ from surrogate.plots import plot_error_histogram, plot_performance, plot_regress
 from surrogate.rudder.emulator import RudderEmulator, train
 
 LEVELS = ("quick", "paper", "full")
-"""From the first minute and a half to everything."""
+"""From the first minute and a half to everything; each holds the stages of those before it."""
+USUAL_LEVEL = "paper"
 
 
 @dataclass(frozen=True)
@@ -84,10 +85,11 @@ class Stage:
 
 
 def _draw(run: Run, written: Written, **drawn: Figure) -> None:
-    """Write figures by their names."""
+    """Write figures by their names, as .svg and as .png."""
     for name, figure in drawn.items():
-        written.append(run.folder / f"{name}.png")
-        save_figure(figure, written[-1])
+        for ending in (".svg", ".png"):
+            written.append((run.folder / name).with_suffix(ending))
+            save_figure(figure, written[-1])
 
 
 def _build(run: Run, written: Written, name: str) -> Path:
@@ -97,13 +99,13 @@ def _build(run: Run, written: Written, name: str) -> Path:
 
 def _trims(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
     fmu = _build(run, written, "dynamics")
-    return {"trims": comparisons.compare_trims(fmu, run.seed, run.sizes.trims, advance)}
+    return comparisons.compare_trims(fmu, run.seed, run.sizes.trims, advance)
 
 
 def _lattice(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
     data = run.lattice(advance)
     written.append(run.folder / "envelopes.zarr")
-    return {"envelopes": {"cases": int(data.feasible.size), "feasible": int(data.feasible.sum())}}
+    return {"cases": int(data.feasible.size), "feasible": int(data.feasible.sum())}
 
 
 def _jams(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
@@ -154,7 +156,7 @@ def _networks(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
         errors=plot_error_histogram(speeds),
         emulator_jams=figures.plot_speeds(comparisons.speeds_over_jams(emulator)),
     )
-    return {"networks": comparisons.network_scores(speeds, throttle), "off_lattice": {"the paper's networks": scores}}
+    return comparisons.network_scores(speeds, throttle) | {"off_lattice": scores}
 
 
 def _documented(selection: Selection, data: xr.Dataset) -> Network:
@@ -166,10 +168,7 @@ def _documented(selection: Selection, data: xr.Dataset) -> Network:
 def _surrogate_fmu(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
     fmu, thrust_map = _build(run, written, "surrogate"), ThrustMap.load()
     scores = off_lattice.measured(thrust_map, off_lattice.load())
-    return {
-        "surrogate_fmu": comparisons.compare_surrogate_fmu(fmu, thrust_map, run.seed),
-        "thrust_map": {"thrust map (GtmSurrogate.fmu)": scores},
-    }
+    return comparisons.compare_surrogate_fmu(fmu, thrust_map, run.seed) | {"off_lattice": scores}
 
 
 def _sensitivity(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
@@ -181,16 +180,16 @@ def _sensitivity(run: Run, advance: Advance, written: Written) -> dict[str, Any]
     chart = plot_bars(indices, published=published.VARIANCE_INDICES, published_label="paper", labels=figures.LABELS)
     everything = every_failure.indices(every_failure.EVERYTHING)
     _draw(run, written, indices=chart, failures=plot_bars(everything, labels=figures.LABELS))
-    return {"sensitivity": found, "failures": every_failure.results()}
+    return found | {"failures": every_failure.results()}
 
 
 def _explorer(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
     """The page, where there is a compiler for browsers."""
     if find_spec("ziglang") is None:
-        return {"explorer": "left out: it needs Zig, pip install 'gtm-fmu[cross]'"}
+        return {"page": None, "why": "left out: it needs Zig, pip install 'gtm-fmu[cross]'"}
     written.append(run.folder / "explorer.html")
     write_text(explorer_page(), written[-1])
-    return {"explorer": written[-1].name}
+    return {"page": written[-1].name}
 
 
 STAGES = (

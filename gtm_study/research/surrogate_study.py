@@ -123,8 +123,8 @@ def run(folder: Path, only: str | None = None, console: Console | None = None) -
             if (part, name) in wanted and kept.find(_file(part, name)) is None:
                 with stage(f"{name}"[:36]) as advance:
                     kept.part(_file(part, name), partial(_found, job, advance))
-            if (values := kept.find(_file(part, name))) is not None:
-                results.setdefault(part, {})[name] = values["found"]
+            if (found := kept.find(_file(part, name))) is not None:
+                results.setdefault(part, {})[name] = found.values["found"]
     write_text(json.dumps(results, indent=1, allow_nan=False), folder / RESULTS_FILE)
     return results
 

@@ -122,10 +122,10 @@ class TestFiles:
 class TestResults:
     def test_counts(self, folder, results):
         data = dataset.view(folder / "envelopes.zarr")
-        assert results["envelopes"] == {"cases": 36, "feasible": int(data.feasible.sum())}
-        assert results["networks"]["samples"] == results["envelopes"]["feasible"]
+        assert results["lattice"] == {"cases": 36, "feasible": int(data.feasible.sum())}
+        assert results["networks"]["samples"] == results["lattice"]["feasible"]
         assert results["trims"]["trims"] == TRIMS
-        assert results["off_lattice"]["the paper's networks"]["all"]["cases"] == off_lattice.CASES
+        assert results["networks"]["off_lattice"]["all"]["cases"] == off_lattice.CASES
 
     def test_methods_agree(self, results):
         """Issues 5 and 8: both trims to 1e-6, the FMU as its network."""
@@ -133,7 +133,7 @@ class TestResults:
         assert trims["same_verdict"] == TRIMS
         assert trims["feasible"] > 0
         assert trims["largest_difference"] < 1e-6
-        assert results["surrogate_fmu"]["largest_difference_kt"] < 1e-9
+        assert results["surrogate-fmu"]["largest_difference_kt"] < 1e-9
 
     def test_selected_network(self, folder, results):
         scores = results["networks"]
@@ -151,7 +151,7 @@ class TestResults:
             "with an envelope": speeds,
             "whether": speeds[:2],
         }
-        assert set(results["failures"]) == {"controls", "everything"}
+        assert set(results["sensitivity"]["failures"]) == {"controls", "everything"}
 
 
 class TestAgain:
@@ -167,7 +167,7 @@ class TestAgain:
                 quietly(tmp_path)
         before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir() if path.is_file()}
         told = json.loads((tmp_path / "results.json").read_text())
-        assert told.keys() == {"trims", "envelopes", "surrogate_fmu", "thrust_map", "explorer"}
+        assert told.keys() == {"trims", "lattice", "jams", "volume", "limits", "surrogate-fmu", "explorer"}
         quietly(tmp_path)
         assert names(tmp_path) == names(folder)
         for name in ("GtmDynamics.fmu", "envelope_jams.png", "volume.html"):
@@ -192,7 +192,7 @@ class TestAgain:
     def test_only(self, tmp_path):
         """A stage comes with what it needs, and the results are those of the finished ones."""
         found = quietly(tmp_path, only=["networks"])
-        assert found.keys() == {"envelopes", "networks", "off_lattice"}
+        assert found.keys() == {"lattice", "networks"}
         assert "Lattice cases" in (tmp_path / "results.md").read_text()
 
     @pytest.mark.parametrize(
