@@ -3,13 +3,14 @@
 Commands are constant between two moments, so every motion is given in closed form over the time elapsed.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
 from gtm_fmu.airframe.names import SERVO_GROUPS
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 from gtm_fmu.airframe.surfaces import ALLOCATION, COMMANDED
 
 BANDWIDTH_RAD_S = 2 * np.pi * 5.0

@@ -4,13 +4,13 @@ The airframe knows the total coefficients ``C`` (6, order `names.COEFFICIENTS`) 
 arguments ``K`` (9, order `names.LOOKUPS`). Both are symbols of the generated functions.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
 
-import casadi as ca
+from typing import NamedTuple
 
 from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.mass import MEAN_CHORD, MOMENT_REFERENCE, SPAN, WING_AREA, MassProperties
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 from gtm_fmu.units import DEG_PER_RAD
 
 RATE_FT_S_PER_KT = 1.689  # of the rate normalisation only; not the inverse of KT_PER_FT_S (SPEC 1)

@@ -1,11 +1,11 @@
 """Flow about the aircraft: speed, angle of attack, sideslip and what follows from them (SPEC 2)."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
-import casadi as ca
-
 from gtm_fmu.airframe.atmosphere import Atmosphere
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 from gtm_fmu.units import KT_PER_FT_S
 
 

@@ -1,10 +1,10 @@
 """First layer of the 1976 standard atmosphere, in the specification's English units (SPEC 2)."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
-import casadi as ca
-
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 from gtm_fmu.units import M_PER_FT
 
 EARTH_RADIUS_FT = 20855531.5  # SPEC 1, R_a; the navigation equations use another one

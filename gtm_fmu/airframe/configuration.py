@@ -1,12 +1,13 @@
 """What a configuration sets besides the state and the controls, as parameters of the airframe's expressions."""
 
-from typing import NamedTuple
+from __future__ import annotations
 
-import casadi as ca
+from typing import NamedTuple
 
 from gtm_fmu.airframe import mass, wind
 from gtm_fmu.airframe.mass import MassProperties
 from gtm_fmu.airframe.motion import Attitude
+from gtm_fmu.airframe.quantity import ca
 
 RANGES = {
     "fuel_used_lb": (0.0, 20.0),  # the tanks hold 11.48 lb, but the model does not stop there (SPEC 10.3)

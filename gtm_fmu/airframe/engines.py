@@ -1,13 +1,14 @@
 """The two small turbojets: thrust, rotor and their loads (SPEC 6)."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
 from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.mass import WING_AREA, MassProperties
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 from gtm_fmu.units import RAD_PER_DEG
 
 SPEED_POLYNOMIAL = (0.000033035538475, -0.008354385314499, 1.191126728328792, 31.518959847101669)  # % rpm of %

@@ -1,13 +1,14 @@
 """Mass, centre of gravity and inertia (SPEC 3, 10.4, 10.5), in slug, ft and slug ft^2."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
 from gtm_fmu.airframe.atmosphere import GRAVITY
 from gtm_fmu.airframe.damage import DAMAGE_CASES
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 
 WING_AREA = 5.9018  # ft^2
 MEAN_CHORD = 0.9153  # ft

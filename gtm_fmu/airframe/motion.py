@@ -1,8 +1,8 @@
 """Rigid body over a flat earth: accelerations, kinematics and outputs (SPEC 7 and 8)."""
 
-from typing import NamedTuple
+from __future__ import annotations
 
-import casadi as ca
+from typing import NamedTuple
 
 from gtm_fmu.airframe import airdata
 from gtm_fmu.airframe.aerodynamics import aerodynamic_loads
@@ -10,7 +10,7 @@ from gtm_fmu.airframe.airdata import AirData
 from gtm_fmu.airframe.atmosphere import GRAVITY, atmosphere
 from gtm_fmu.airframe.engines import Engine, both_engines, engine_loads
 from gtm_fmu.airframe.mass import MassProperties
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 from gtm_fmu.units import DEG_PER_RAD, M_PER_FT
 
 NAVIGATION_RADIUS_FT = 6.37043246e6 / M_PER_FT  # SPEC 1, R_e

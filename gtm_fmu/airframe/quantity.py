@@ -1,6 +1,16 @@
-"""What the airframe's expressions are written in."""
+"""What the airframe's expressions are written in: CasADi, loaded when the first expression is built.
 
-import casadi as ca
+Most programs ask the compiled core, and take only constants from here: they do not wait for CasADi.
+"""
 
-Quantity = ca.SX | ca.DM | float
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    import casadi as ca
+else:
+    import lazy_loader
+
+    ca = lazy_loader.load("casadi")
+
+Quantity: TypeAlias = "ca.SX | ca.DM | float"
 """A number or a symbol: numbers give numbers, symbols give expressions."""

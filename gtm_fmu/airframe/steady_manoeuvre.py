@@ -1,8 +1,8 @@
 """A steady manoeuvre: theta and the body rates follow from the trim unknowns in closed form (SPEC 9)."""
 
-from typing import NamedTuple
+from __future__ import annotations
 
-import casadi as ca
+from typing import NamedTuple
 
 from gtm_fmu.airframe import airdata, motion
 from gtm_fmu.airframe.airdata import AirData
@@ -11,7 +11,7 @@ from gtm_fmu.airframe.engines import both_engines
 from gtm_fmu.airframe.mass import MassProperties
 from gtm_fmu.airframe.motion import Attitude
 from gtm_fmu.airframe.names import THROTTLE, TRIM_UNKNOWNS
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 
 
 class SteadyManoeuvre(NamedTuple):

@@ -1,10 +1,11 @@
 """Wind and its growth with height (SPEC 10.6), in ft and ft/s."""
 
-import casadi as ca
+from __future__ import annotations
+
 import numpy as np
 
 from gtm_fmu.airframe.motion import Attitude, body_components
-from gtm_fmu.airframe.quantity import Quantity
+from gtm_fmu.airframe.quantity import Quantity, ca
 
 RUNWAY_ALTITUDE_FT = 12.0
 ROUGHNESS_FT = 0.15

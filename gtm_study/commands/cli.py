@@ -5,37 +5,106 @@ import io
 import os
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from typer.exceptions import TyperException
 
-from gtm_fmu import __version__
 from gtm_fmu.errors import InputError
-from gtm_study.commands.advise import advise
-from gtm_study.commands.build import build
-from gtm_study.commands.command import NO_SOLUTION, Commands
-from gtm_study.commands.dataset import dataset
-from gtm_study.commands.doctor import doctor
-from gtm_study.commands.envelope import envelope
-from gtm_study.commands.explorer import explorer
+from gtm_study.commands.command import NO_SOLUTION, Commands, Listed, listing
 from gtm_study.commands.machine import shortage
-from gtm_study.commands.manoeuvre import manoeuvre, performance
-from gtm_study.commands.maps import maps
-from gtm_study.commands.models import export, predict, train
-from gtm_study.commands.protocol import protocol
-from gtm_study.commands.sensitivity import sensitivity
-from gtm_study.commands.study import study
-from gtm_study.commands.surrogates import networks, surrogates, thrust_map
-from gtm_study.commands.trims import linearize, trim
-
-if TYPE_CHECKING:
-    pass
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
+COMMANDS = {
+    "trim": Listed(
+        "trims.trim",
+        "Controls of one steady manoeuvre.",
+        ("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json",),
+    ),
+    "linearize": Listed(
+        "trims.linearize",
+        "Linear model at a steady manoeuvre.",
+        ("linearize --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json",),
+    ),
+    "envelope": Listed(
+        "envelope.envelope",
+        "Lowest and highest speed that a failure leaves, exact.",
+        ("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json",),
+    ),
+    "manoeuvre": Listed(
+        "manoeuvre.manoeuvre",
+        "Can this be flown, and what is in its way.",
+        ("manoeuvre --altitude-ft 10000 --tas-kt 100 --turn-rate-deg-s 3 --rudder-deg 10 10",),
+    ),
+    "performance": Listed(
+        "manoeuvre.performance",
+        "What can still be flown at best.",
+        ("performance --altitude-ft 10000 --rudder-deg 10 10",),
+    ),
+    "map": Listed("maps.maps", "Pictures of many envelopes."),
+    "dataset": Listed(
+        "dataset.dataset",
+        "Envelopes of many cases: a lattice, or random.",
+        ("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2",),
+    ),
+    "train": Listed(
+        "models.train",
+        "Train a model on a table.",
+        ("train wing.csv --inputs span_mm,alpha_deg --outputs lift:N --output wing.json",),
+    ),
+    "predict": Listed(
+        "models.predict",
+        "Lowest and highest speed by a surrogate.",
+        ("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json",),
+    ),
+    "export": Listed(
+        "models.export", "A trained model in another form.", ("export wing.json --fmu --output wing.fmu",)
+    ),
+    "build": Listed("build.build", "Build FMUs.", ("build dynamics-native surrogate-native --output build/fmu",)),
+    "sensitivity": Listed(
+        "sensitivity.sensitivity",
+        "Which inputs matter, dependent ones too.",
+        (
+            "sensitivity --method shapley --plot shapley.png",
+            "sensitivity --model wing.json --input span_mm=norm:800,20 --input alpha_deg=uniform:0,8 "
+            "--input speed_m_s=weibull_min:2,0,30",
+            "sensitivity --model exact --distribution failures.toml --samples 1024 --output indices.json",
+            "sensitivity --data runs.csv --columns a,b --outputs y --method given-data",
+        ),
+    ),
+    "advise": Listed(
+        "advise.advise",
+        "What not to touch after a failure.",
+        ("advise --altitude-ft 10000 --gamma-deg -5 --rudder-deg 5 25",),
+    ),
+    "study": Listed("study.study", "The paper reproduced, with figures and tables.", ("study --output build/study",)),
+    "explorer": Listed(
+        "explorer.explorer", "A page that solves envelopes live.", ("explorer --output build/explorer.html",)
+    ),
+    "surrogates": Listed(
+        "surrogates.surrogates", "Surrogates beyond the paper's, measured.", ("surrogates --only 'thrust map'",)
+    ),
+    "protocol": Listed(
+        "protocol.protocol", "Networks by the paper's protocol.", ("protocol --output build/protocol --splits 5",)
+    ),
+    "networks": Listed(
+        "surrogates.networks",
+        "The package's networks, trained anew.",
+        ("networks --output build/networks --device cuda",),
+    ),
+    "thrust-map": Listed(
+        "surrogates.thrust_map",
+        "The package's thrust maps, solved anew.",
+        ("thrust-map --output build/rudder_thrust_map.npz",),
+    ),
+    "doctor": Listed("doctor.doctor", "What is here, and what a missing part needs.", ("doctor --json",)),
+}
+
 app = Commands(
     name="gtm-fmu",
+    cls=listing(COMMANDS),
+    add_completion=True,
     help="Flight envelopes of the impaired NASA Generic Transport Model: FMUs, trims, envelopes, surrogates.",
     pretty_exceptions_enable=False,
 )
@@ -43,6 +112,8 @@ app = Commands(
 
 def _show_version(is_asked: bool) -> None:
     if is_asked:
+        from gtm_fmu import __version__
+
         print(f"gtm-fmu {__version__}")
         raise typer.Exit
 
@@ -56,41 +127,15 @@ def _gtm_fmu(
     pass
 
 
-def example(command: str) -> str:
-    """Closing lines of a help text, never wrapped so that they can be copied."""
-    return f"\b\nExample:\n  gtm-fmu {command}"
+_TYPES = {"a valid int range": "an integer", "a valid int": "an integer", "a valid float": "a number"}
+"""What the command line calls types, in words."""
 
 
-app.command(epilog=example("trim --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))(trim)
-app.command(epilog=example("linearize --altitude-ft 10000 --tas-kt 118.5 --rudder-deg 10 10 --json"))(linearize)
-app.command(epilog=example("envelope --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(envelope)
-app.command(epilog=example("build dynamics-native surrogate-native --output build/fmu"))(build)
-app.command(epilog=example("study --output build/study"))(study)
-app.command(epilog=example("manoeuvre --altitude-ft 10000 --tas-kt 100 --turn-rate-deg-s 3 --rudder-deg 10 10"))(
-    manoeuvre
-)
-app.command(epilog=example("performance --altitude-ft 10000 --rudder-deg 10 10"))(performance)
-app.command(epilog=example("advise --altitude-ft 10000 --gamma-deg -5 --rudder-deg 5 25"))(advise)
-app.command(epilog=example("train wing.csv --inputs span_mm,alpha_deg --outputs lift:N --output wing.json"))(train)
-app.command(epilog=example("predict --altitude-ft 10000 --gamma-deg 0 --rudder-deg -10 20 --json"))(predict)
-app.command(epilog=example("export wing.json --fmu --output wing.fmu"))(export)
-app.command(epilog=example("surrogates --only 'thrust map'"))(surrogates)
-app.command(
-    epilog=example("sensitivity --method shapley --plot shapley.png")
-    + "\n  gtm-fmu sensitivity --model wing.json --input span_mm=norm:800,20 --input alpha_deg=uniform:0,8 "
-    "--input speed_m_s=weibull_min:2,0,30"
-    + "\n  gtm-fmu sensitivity --model exact --distribution failures.toml --samples 1024 --output indices.json"
-    + "\n  gtm-fmu sensitivity --data runs.csv --columns a,b --outputs y --method given-data"
-)(sensitivity)
-app.command(epilog=example("protocol --output build/protocol --splits 5"))(protocol)
-app.command(epilog=example("networks --output build/networks --device cuda"))(networks)
-app.command("thrust-map", epilog=example("thrust-map --output build/rudder_thrust_map.npz"))(thrust_map)
-app.command(epilog=example("dataset build/rudder.zarr --cases 1000 --rudder-deg -30 30 --jam-share 0.2"))(dataset)
-
-
-app.command(epilog=example("doctor --json"))(doctor)
-app.command(epilog=example("explorer --output build/explorer.html"))(explorer)
-app.add_typer(maps, name="map")
+def _plain(sentence: str) -> str:
+    """Names of types in words."""
+    for name, word in _TYPES.items():
+        sentence = sentence.replace(name, word)
+    return sentence
 
 
 def _refuse(sentence: str) -> int:
@@ -141,7 +186,7 @@ def _run() -> int:
     except TyperException as error:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else app.info.name
-        code = _refuse(f"{error.format_message().rstrip('.')}; see `{command} --help`.")
+        code = _refuse(f"{_plain(error.format_message()).rstrip('.')}; see `{command} --help`.")
     except Exception as error:
         if sentence := shortage(error):
             return _refuse(sentence)

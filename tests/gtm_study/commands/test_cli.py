@@ -258,7 +258,8 @@ class TestJson:
         case = ["--altitude-ft", "10000", "--rudder-deg", "-10", "20", "--json"]
         assert ask("predict", *case, "--model", path).json | {"model": "thrust-map"} == ask("predict", *case).json
         replace(ThrustMap.load(), control="aileron", deflection_deg=np.linspace(-20, 20, 97)).save(path)
-        assert "is a thrust map of the aileron: give one of the rudder" in ask("predict", *case, "--model", path).err
+        refused = ask("predict", *case, "--model", path).err
+        assert "is of a failed aileron, but --rudder-deg was given: give --aileron-deg" in refused
 
     def test_build(self, ask, tmp_path):
         answer = ask("build", "dynamics", "surrogate", "--output", tmp_path / "new" / "folder", "--json")

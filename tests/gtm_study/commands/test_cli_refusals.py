@@ -110,8 +110,8 @@ class TestBadInput:
             ("fly --altitude-ft 1000", "No such command 'fly'"),
             ("--json", "No such option: --json"),
             ("build glider", "No FMU is called 'glider': choose one of dynamics, "),
-            ("build dynamics --model here", "--model here is for the surrogate"),
-            ("study --seed -1", "--seed.*greater than or equal to 0"),
+            ("build dynamics --model here", "--model here is for the FMUs of surrogates"),
+            ("study --seed -1", "--seed.*-1 is not in the range 0"),
             ("study --seed one", "--seed.*integer"),
         ],
     )
