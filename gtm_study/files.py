@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import check_writable, write_whole
+from gtm_study.style import figure_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,14 +23,11 @@ def write_bytes(content: bytes, path: Path) -> None:
 
 
 def save_figure(figure: "Figure", path: Path) -> None:
-    """Write a figure as PNG, or as SVG where its name ends so; the same figure gives the same bytes."""
-    from matplotlib import rc_context
-
-    drawn: dict[str, Any] = (
-        {"format": "svg", "metadata": {"Date": None}} if path.suffix == ".svg" else {"format": "png"}
-    )
-    with rc_context({"svg.hashsalt": path.name}):
-        write_whole(path, lambda partial: figure.savefig(partial, dpi=110, **drawn))
+    """Write a figure as SVG or as PNG, by the ending of its name; the same figure gives the same bytes."""
+    ending = path.suffix.removeprefix(".")
+    metadata: dict[str, Any] = {"metadata": {"Date": None}} if ending == "svg" else {}
+    with figure_style():
+        write_whole(path, lambda partial: figure.savefig(partial, format=ending, **metadata))
 
 
 def check_picture(path: Path) -> None:
@@ -51,6 +49,7 @@ def save_picture(path: Path, figure: "Callable[[], Figure]", page: Callable[[], 
     """
     check_picture(path)
     if path.suffix == ".png":
-        save_figure(figure(), path)
+        with figure_style():
+            save_figure(figure(), path)
     else:
         write_text(page(), path)

@@ -34,7 +34,8 @@ LABELS = {
     "largest": "PAWN largest",
     "mean": "PAWN mean",
 }
-COLOURS = ("#2a6f97", "#e09f3e", "#89c2d9", "#9e2a2b")
+COLOURS = ("#0072b2", "#e69f00", "#56b4e9", "#d55e00")
+HATCHES = ("", "///", "...", "xxx")
 MARKERS = "os^Dv<>P*X"
 
 
@@ -66,8 +67,9 @@ def plot_bars(
         for k, kind in enumerate(kinds):
             at = np.arange(len(rows)) + (k + 0.5) * width - 0.4
             estimate = result.estimates[kind]
-            colour, label = COLOURS[k % len(COLOURS)], LABELS.get(kind, kind)
-            axes.bar(at, estimate.value[:, j], 0.95 * width, color=colour, label=label)
+            colour, hatch = COLOURS[k % len(COLOURS)], HATCHES[k % len(HATCHES)]
+            drawn: Any = {"color": colour, "hatch": hatch, "edgecolor": "white", "label": LABELS.get(kind, kind)}
+            axes.bar(at, estimate.value[:, j], 0.95 * width, **drawn)
             axes.vlines(at, estimate.lower[:, j], estimate.upper[:, j], color="black", linewidth=1.5)
             for place, row in zip(at, rows, strict=True):
                 values = (published or {}).get(output, {}).get(factor_key(row), {})

@@ -1,6 +1,7 @@
 """Figures of trainings and selections: paper Figs. 10-16 and 20-22."""
 
 from collections.abc import Mapping
+from itertools import cycle
 from typing import Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ from surrogate.training.least_squares import History
 from surrogate.training.local_training import Growth
 from surrogate.training.selection import Part, Selection
 
+MARKERS = "os^Dv<>"
 PANELS: dict[Part, str] = {
     "training": "Training",
     "test": "Test",
@@ -23,8 +25,9 @@ def plot_regression(selection: Selection) -> Figure:
     figure = Figure(figsize=(9, 9), layout="constrained")
     for axes, (part, title) in zip(figure.subplots(2, 2).flat, PANELS.items(), strict=True):
         targets, outputs = selection.targets_and_outputs(part)
-        for variable, target, output in zip(selection.network.outputs, targets.T, outputs.T, strict=True):
-            axes.plot(target, output, "o", ms=4, mfc="none", label=variable.name)
+        drawn = zip(selection.network.outputs, targets.T, outputs.T, cycle(MARKERS), strict=False)
+        for variable, target, output, marker in drawn:
+            axes.plot(target, output, marker, ms=4, mfc="none", label=variable.name)
         slope, offset = np.polyfit(targets.ravel(), outputs.ravel(), 1)
         ends = np.array([0.0, 1.0])
         axes.plot(ends, ends, "k:", label="output = target")
@@ -44,7 +47,7 @@ def plot_performance(selection: Selection) -> Figure:
     axes.semilogy(numbers, independent, "o-", label="independent test")
     axes.semilogy(numbers, selection.mse["training"], "s--", ms=4, mfc="none", lw=0.8, label="training")
     selected = f"selected: network {best + 1}, {independent[best]:.3g}"
-    axes.semilogy(best + 1, independent[best], "o", ms=14, mfc="none", color="tab:red", ls="none", label=selected)
+    axes.semilogy(best + 1, independent[best], "o", ms=14, mfc="none", color="black", ls="none", label=selected)
     axes.set(xlabel="network", ylabel="mean squared error on [0, 1]", xticks=numbers)
     axes.grid(True, which="both", alpha=0.3)
     axes.legend()
@@ -79,12 +82,12 @@ def plot_training(selection: Selection) -> Figure:
     training, test = (
         sse / (4 * m * len(part)) for sse, part in zip((history.sse, history.validation_sse), rows, strict=True)
     )
-    axes.semilogy(training, label="training")
+    axes.semilogy(training, "-", label="training")
     if test.any():
-        axes.semilogy(test, label="test, which stops the training")
+        axes.semilogy(test, "--", label="test, which stops the training")
     else:
-        axes.axhline(selection.mse["test"][selection.selected], color="tab:orange", ls=":", label="test, at the end")
-    axes.axvline(history.best_epoch, color="k", ls="--", lw=0.8, label=f"kept: epoch {history.best_epoch}")
+        axes.axhline(selection.mse["test"][selection.selected], color="C1", ls=":", label="test, at the end")
+    axes.axvline(history.best_epoch, color="k", ls="-.", lw=0.8, label=f"kept: epoch {history.best_epoch}")
     axes.set(xlabel="epoch", ylabel="mean squared error on [0, 1]")
     axes.grid(alpha=0.3)
     axes.legend()
@@ -109,9 +112,9 @@ def plot_growth(growths: Mapping[str, Growth], part: Literal["training", "valida
     """Errors by number of parameters as local model networks grow, the kept ones marked (paper Figs. 20-22)."""
     figure = Figure(figsize=(8, 5), layout="constrained")
     axes = figure.subplots()
-    for name, growth in growths.items():
+    for marker, (name, growth) in zip(cycle(MARKERS), growths.items(), strict=False):
         mse = growth.training_mse if part == "training" else growth.validation_mse
-        (line,) = axes.loglog(growth.parameters, mse, ".-", lw=1, label=name)
+        (line,) = axes.loglog(growth.parameters, mse, f"{marker}-", ms=4, lw=1, label=name)
         axes.loglog(growth.parameters[growth.best - 1], mse[growth.best - 1], "x", ms=11, mew=2, color=line.get_color())
     axes.set(xlabel="parameters", ylabel=f"mean squared error on [0, 1], {part} data")
     axes.grid(True, which="both", alpha=0.3)

@@ -29,7 +29,7 @@ ROOMS = (
     ("fmu_src.packing",),
     ("fmu_src", "build_fmu"),
     ("sensitivity",),
-    ("gtm_study.files", "gtm_study.kept", "gtm_study.progress", "gtm_study.tables"),
+    ("gtm_study.files", "gtm_study.kept", "gtm_study.progress", "gtm_study.style", "gtm_study.tables"),
     ("gtm_study.figures",),
     ("gtm_study.explorer",),
     ("gtm_study.paper",),

@@ -11,6 +11,7 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.files import check_writable
 from gtm_study.commands.options import CONDITION, FAILURE, Json, given_failure, takes
 from gtm_study.files import save_figure
+from gtm_study.style import figure_style
 
 
 @takes(CONDITION | FAILURE)
@@ -38,7 +39,8 @@ def advise(
     if plot and found.moves:
         from gtm_study.paper.advice_figure import plot_advice
 
-        save_figure(plot_advice(found), plot)
+        with figure_style():
+            save_figure(plot_advice(found), plot)
         values["plot"] = str(plot)
     if as_json:
         print(json.dumps(values, allow_nan=False))

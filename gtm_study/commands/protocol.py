@@ -13,6 +13,7 @@ from gtm_fmu.files import writable_folder
 from gtm_fmu.progress import Advance
 from gtm_study.files import write_text
 from gtm_study.progress import stages
+from gtm_study.style import figure_style
 
 if TYPE_CHECKING:
     from gtm_study.paper.protocol import Lattice
@@ -39,7 +40,7 @@ def protocol(
     from gtm_study.paper.protocol_report import protocol_report, summary
 
     folder = writable_folder(output)
-    with stages(Console(stderr=True)) as stage:
+    with figure_style(), stages(Console(stderr=True)) as stage:
         with stage("Envelopes of the lattice") as advance:
             lattice = _lattice(folder / "envelopes.zarr", advance)
         comparison = Protocol(lattice, folder, rounds, jobs)

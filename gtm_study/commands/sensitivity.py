@@ -19,6 +19,7 @@ from gtm_study.commands.options import Json, Pair, pair
 from gtm_study.commands.sensitivity_inputs import Laws, described_inputs, words
 from gtm_study.files import save_figure, write_text
 from gtm_study.progress import stages
+from gtm_study.style import figure_style
 
 if TYPE_CHECKING:
     from gtm_study.commands.evaluated_model import Model
@@ -286,7 +287,8 @@ def _finish(result: "Result", values: dict[str, Any], output: Path | None, plot:
         else:
             write_text(result.to_df().to_csv(index=False), output)
     if plot is not None:
-        save_figure(result.plot(), plot)
+        with figure_style():
+            save_figure(result.plot(), plot)
     if as_json:
         print(json.dumps(values, allow_nan=False))
         return

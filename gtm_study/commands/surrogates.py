@@ -33,18 +33,19 @@ def surrogates(
     from gtm_study.research import surrogate_figures
     from gtm_study.research.surrogate_report import surrogates_report
     from gtm_study.research.surrogate_study import run
+    from gtm_study.style import figure_style
 
     results = run(output, only)
-    with stages(Console(stderr=True)) as stage:
+    with figure_style(), stages(Console(stderr=True)) as stage:
         with stage("Surface of least thrust") as advance:
             save_figure(surrogate_figures.plot_surface(advance), output / "surrogate_surface.png")
         with stage("Speed across a fold") as advance:
             cut = surrogate_figures.fold_cut(advance)
             save_figure(surrogate_figures.plot_fold(cut), output / "surrogate_fold.png")
-    if results.keys() & {"models", "curves"}:
-        save_figure(surrogate_figures.plot_errors(results), output / "surrogate_errors.png")
-    if "trim map" in results:
-        save_figure(surrogate_figures.plot_trims(results), output / "surrogate_trims.png")
+        if results.keys() & {"models", "curves"}:
+            save_figure(surrogate_figures.plot_errors(results), output / "surrogate_errors.png")
+        if "trim map" in results:
+            save_figure(surrogate_figures.plot_trims(results), output / "surrogate_trims.png")
     text = surrogates_report(results)
     write_text(text, output / "surrogates.md")
     print(json.dumps(results, allow_nan=False) if as_json else f"{text}\nAll files are in {output}.")

@@ -14,20 +14,20 @@ from matplotlib.path import Path as Outline
 from gtm_fmu.envelopes.boundary import Boundary, envelope_boundary
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.grid import EnvelopeGrid, envelope_grid
+from gtm_study import style
 from gtm_study.figures import captions
 from gtm_study.figures.captions import Label
 from gtm_study.figures.pages import page
 from gtm_study.files import save_picture
 
-# Colours of Okabe and Ito, which the colour-blind tell apart
 COLOURS = {
-    "alpha": "#d55e00",
-    "throttle": "#0072b2",
-    "aileron": "#009e73",
-    "elevator": "#cc79a7",
-    "rudder": "#000000",
-    "phi": "#e69f00",
-    "beta": "#56b4e9",
+    "alpha": style.VERMILION,
+    "throttle": style.BLUE,
+    "aileron": style.GREEN,
+    "elevator": style.PURPLE,
+    "rudder": style.BLACK,
+    "phi": style.ORANGE,
+    "beta": style.SKY,
 }
 STABLE, UNSTABLE, REJECTED = "#d3e4f1", "#f7e7c6", "#9a9a9a"
 _CELLS = {"stable": STABLE, "unstable, controllable": UNSTABLE, "unstable, uncontrollable: not in it": REJECTED}
@@ -53,13 +53,13 @@ def strokes(boundary: Boundary) -> Iterator[Stroke]:
                 yield Stroke(captions.quantity(name), COLOURS[name], k > 0, piece.turn_rate_deg_s, piece.tas_kt)
             if not controls:
                 label = Label("no limit", "no limit")
-                yield Stroke(label, "#777777", False, piece.turn_rate_deg_s, piece.tas_kt)
+                yield Stroke(label, style.GREY, False, piece.turn_rate_deg_s, piece.tas_kt)
 
 
 def line_style(stroke: Stroke) -> dict[str, Any]:
     """How matplotlib draws a stroke."""
-    style: Any = (0, (2.5, 2.5)) if stroke.is_second else "-"
-    return {"color": stroke.colour, "linestyle": style, "lw": 2.4, "solid_capstyle": "butt", "dash_capstyle": "butt"}
+    dashes: Any = (0, (2.5, 2.5)) if stroke.is_second else "-"
+    return {"color": stroke.colour, "linestyle": dashes, "lw": 2.4, "solid_capstyle": "butt", "dash_capstyle": "butt"}
 
 
 def save_envelope(condition: FlightCondition, path: Path) -> None:

@@ -6,11 +6,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gtm_fmu.envelopes.maps import FeasibilityMap, LimitSurface
+from gtm_study import style
 from gtm_study.figures import captions
 from gtm_study.figures.captions import Label
 from gtm_study.figures.pages import page
 
-_JAMS = "#d55e00"
+_JAMS = style.VERMILION
 _SIDES = ((-1, "to negative positions"), (1, "to positive positions"))
 
 

@@ -9,12 +9,14 @@ from matplotlib.figure import Figure
 from gtm_fmu.aircraft.ranges import Range
 from gtm_fmu.envelopes.performance import Performance
 from gtm_fmu.envelopes.sections import Section, climb_interval, turn_rate_interval
+from gtm_study import style
 from gtm_study.figures import captions
 from gtm_study.figures.captions import Label
 from gtm_study.figures.pages import page
 
 _SPEEDS, _INSIDE_KT = 61, 0.02
-_COLOURS = {"healthy": "#8fa3b5", "failure": "#d55e00"}
+_COLOURS = {"healthy": style.SKY, "failure": style.VERMILION}
+_HATCHES = {"healthy": "", "failure": "///"}
 _PATH = captions.with_units(captions.quantity("gamma"), "deg")
 
 
@@ -32,7 +34,7 @@ def plot_performance(found: Mapping[str, Performance], alpha_deg: Range, phi_deg
         for axes, band in zip(panels, _bands(each, alpha_deg, phi_deg), strict=True):
             for k, corners in enumerate(band.pieces):
                 label = _name(name, each) if k == 0 else None
-                axes.fill(*corners, color=_COLOURS[name], alpha=0.45, lw=1.5, label=label)
+                axes.fill(*corners, color=_COLOURS[name], hatch=_HATCHES[name], alpha=0.45, lw=1.5, label=label)
     for axes, quantity, title in zip(panels, (captions.TURN_RATE, _PATH), _titles(found), strict=True):
         axes.set_xlabel(captions.SPEED.tex)
         axes.set_ylabel(quantity.tex)

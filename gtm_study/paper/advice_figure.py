@@ -6,10 +6,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from gtm_study import style
 from gtm_study.figures import captions
 from gtm_study.paper.advice import Advice, Move, moved
 
-NARROWER, WIDER, SHARE = "#9e2a2b", "#2a6f97", "#89c2d9"
+NARROWER, WIDER, SHARES = style.VERMILION, style.BLUE, (style.SKY, style.ORANGE)
+HATCH = "///"
+"""Of bars that narrow the envelope, and of the second share, which grey print tells from the others by it."""
 ENDS = (("$V_{min}$", 1.0), ("$V_{max}$", -1.0))
 """The sign of a change that narrows the envelope."""
 
@@ -34,7 +37,9 @@ def plot_advice(found: Advice) -> Figure:
         total = [shares.total.get(move.quantity.name, {}).get(output, 0.0) for move in moves]
         label = {"v_min_kt": "$V_{min}$", "v_max_kt": "$V_{max}$"}.get(output, "width")
         place = np.array(rows) + 0.4 - (k + 0.5) * width
-        panels[2].barh(place, total, 0.95 * width, color=(SHARE, "#e09f3e")[k], label=label)
+        panels[2].barh(
+            place, total, 0.95 * width, color=SHARES[k], hatch=("", HATCH)[k], edgecolor="white", label=label
+        )
     if len(shares.outputs) > 1:
         panels[2].legend(frameon=False, loc="center right")
         panels[2].set(title="all such failures", xlabel="total index $S^T$")
@@ -46,8 +51,8 @@ def plot_advice(found: Advice) -> Figure:
         axes.tick_params(axis="y", length=0)
     figure.suptitle(f"{captions.condition(here.altitude_ft, here.gamma_deg)}, {captions.failure(here.failure)}")
     keys = [
-        Patch(color=NARROWER, label="narrower"),
-        Patch(color=WIDER, label="wider"),
+        Patch(facecolor=NARROWER, hatch=HATCH, edgecolor="white", label="narrower"),
+        Patch(facecolor=WIDER, label="wider"),
         Line2D([], [], linestyle="", marker="D", color="black", markerfacecolor="white", label="by the slope here"),
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=3, frameon=False)
@@ -62,7 +67,10 @@ def _draw(axes: Axes, row: int, move: Move, end: int, sign: float, now_kt: float
         axes.text(0.0, row, "no envelope left", va="center", ha="center", color=NARROWER, fontsize="small", bbox=box)
         return
     change = to - now_kt
-    axes.barh(row, change, 0.7, color=NARROWER if sign * change > 0 else WIDER)
+    if sign * change > 0:
+        axes.barh(row, change, 0.7, color=NARROWER, hatch=HATCH, edgecolor="white")
+    else:
+        axes.barh(row, change, 0.7, color=WIDER)
     step = move.change.to - move.quantity.value
     slope = move.slope(("v_min", "v_max")[end])
     if slope is not None:

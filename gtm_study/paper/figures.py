@@ -2,6 +2,7 @@
 
 from matplotlib.figure import Figure
 
+from gtm_study import style
 from gtm_study.paper.comparisons import SpeedsOverJams
 
 LABELS = {
@@ -27,8 +28,8 @@ def plot_speeds(cut: SpeedsOverJams) -> Figure:
     """V_min and V_max over the jammed rudder deflection, exact (line) and emulated (dashes)."""
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.subplots()
-    for end, colour, name in ((0, "tab:blue", "$V_{min}$"), (1, "tab:red", "$V_{max}$")):
-        axes.plot(cut.deflections_deg, cut.exact_kt[:, end], color=colour, label=f"{name} exact")
+    for end, colour, name in ((0, style.BLUE, "$V_{min}$"), (1, style.ORANGE, "$V_{max}$")):
+        axes.plot(cut.deflections_deg, cut.exact_kt[:, end], "-", color=colour, label=f"{name} exact")
         axes.plot(cut.deflections_deg, cut.emulated_kt[:, end], "--", color=colour, label=f"{name} emulated")
     axes.set_xlabel(r"jammed rudder $\delta_r$, deg")
     axes.set_ylabel("true airspeed, kn")

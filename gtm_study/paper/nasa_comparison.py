@@ -15,6 +15,7 @@ from gtm_fmu.files import check_writable
 from gtm_fmu.trims import linearization, steady
 from gtm_fmu.trims.manoeuvre import Trim
 from gtm_study.files import save_figure
+from gtm_study.style import figure_style
 
 ALTITUDE_FT = 800.0
 ALPHA_DEG = (-5.0, 30.0)
@@ -62,10 +63,12 @@ def plot_comparison(readings: Path) -> Figure:
     inner = np.arange(2.1, 10.0, 0.1)
     found = [linearization.linearize(trim_at_alpha(alpha)).longitudinal_modes() for alpha in inner.tolist()]
     for k, column, name in ((0, "phugoid_hz", "phugoid"), (1, "sp_hz", "short period")):
-        (line,) = panels[1, 1].plot(inner, [pair[k].frequency_hz for pair in found], ".", ms=3, label=name)
-        panels[1, 1].plot(by_mode["alpha_deg"][shown], by_mode[column][shown], "o", mfc="none", color=line.get_color())
+        (line,) = panels[1, 1].plot(inner, [pair[k].frequency_hz for pair in found], "o^"[k], ms=3, label=name)
+        panels[1, 1].plot(
+            by_mode["alpha_deg"][shown], by_mode[column][shown], "o^"[k], ms=7, mfc="none", color=line.get_color()
+        )
     panels[1, 1].set_yscale("log")
-    panels[1, 1].set_ylabel("frequency, Hz (circles: NASA)")
+    panels[1, 1].set_ylabel("frequency, Hz (large: NASA)")
     for axes in panels.flat:
         axes.set_xlabel(r"angle of attack $\alpha$, deg")
         axes.grid(alpha=0.3)
@@ -83,7 +86,8 @@ def main() -> int:
         if arguments.picture.suffix != ".png":
             raise InputError(f"{arguments.picture} does not end in .png; name the picture so.")
         check_writable(arguments.picture)
-        save_figure(plot_comparison(arguments.readings), arguments.picture)
+        with figure_style():
+            save_figure(plot_comparison(arguments.readings), arguments.picture)
     except (FileNotFoundError, InputError) as error:
         print(error, file=sys.stderr)
         return 2

@@ -15,6 +15,7 @@ from gtm_study.kept import Kept, Part
 from gtm_study.paper.report import study_report
 from gtm_study.paper.stages import LEVELS, STAGES, USUAL_LEVEL, Run, Sizes, Stage
 from gtm_study.progress import stages
+from gtm_study.style import figure_style
 
 Finished = dict[str, Part]
 """The stages that are finished by name, in the order of `STAGES`: their values, files and seconds."""
@@ -60,7 +61,7 @@ def run(
             after_stage(this, told)
 
     tell()
-    with stages(console or Console(stderr=True)) as stage:
+    with figure_style(), stages(console or Console(stderr=True)) as stage:
         for each in wanted:
             if kept.find(each.name) is None:
                 with stage(each.title) as advance:

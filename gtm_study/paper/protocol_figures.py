@@ -5,10 +5,16 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from gtm_study import style
 from gtm_study.paper import published
 
 MSE = "mean squared error on [0, 1]"
-COLOURS = {"bayesian_regularization": "tab:blue", "levenberg_marquardt": "tab:orange", "local_models": "tab:green"}
+COLOURS = {
+    "bayesian_regularization": style.BLUE,
+    "levenberg_marquardt": style.ORANGE,
+    "local_models": style.VERMILION,
+}
+MARKERS = dict(zip(COLOURS, style.MARKERS, strict=False))
 NAMES = {
     "bayesian_regularization": "Bayesian regularisation",
     "levenberg_marquardt": "Levenberg-Marquardt",
@@ -40,9 +46,17 @@ def plot_rounds(methods: dict[str, dict[str, Any]], title: str) -> Figure:
     figure, axes = _figure()
     for name, part in methods.items():
         mse, best = np.array(part["mse_independent"]), part["selected"]
-        axes.semilogy(np.arange(1, len(mse) + 1), mse, "o-", ms=4, color=COLOURS[name], label=NAMES[name])
         axes.semilogy(
-            best + 1, mse[best], "o", ms=12, mfc="none", color=COLOURS[name], label=f"selected: {mse[best]:.2g}"
+            np.arange(1, len(mse) + 1), mse, f"{MARKERS[name]}-", ms=4, color=COLOURS[name], label=NAMES[name]
+        )
+        axes.semilogy(
+            best + 1,
+            mse[best],
+            MARKERS[name],
+            ms=12,
+            mfc="none",
+            color=COLOURS[name],
+            label=f"selected: {mse[best]:.2g}",
         )
     axes.set(xlabel="round", ylabel=f"{MSE}, independent test", title=f"As {title} of the paper")
     axes.xaxis.get_major_locator().set_params(integer=True)
@@ -55,7 +69,7 @@ def plot_outputs(part: dict[str, Any], title: str) -> Figure:
     mse = np.array(part["mse_by_output"])
     rounds = np.arange(1, len(mse) + 1)
     for o, name in enumerate(OUTPUTS):
-        axes.semilogy(rounds, mse[:, o], "s--", ms=4, lw=0.8, label=name)
+        axes.semilogy(rounds, mse[:, o], f"{'s^'[o]}--", ms=4, lw=0.8, color=style.PALETTE[o], label=name)
     axes.semilogy(rounds, mse.mean(axis=1), "ko-", ms=4, label="mean")
     axes.set(xlabel="round", ylabel=f"{MSE}, independent test", title=title)
     axes.xaxis.get_major_locator().set_params(integer=True)
@@ -67,7 +81,9 @@ def plot_squared_errors(methods: dict[str, dict[str, Any]]) -> Figure:
     figure, axes = _figure()
     for name in ("bayesian_regularization", "local_models"):
         squares = np.array(methods[name]["squared_errors"])[:, 1]
-        axes.plot(np.arange(1, len(squares) + 1), squares, "o-", ms=3, lw=0.8, color=COLOURS[name], label=NAMES[name])
+        cases = np.arange(1, len(squares) + 1)
+        drawn = {"color": COLOURS[name], "label": NAMES[name]}
+        axes.plot(cases, squares, f"{MARKERS[name]}-", ms=3, lw=0.8, **drawn)
     axes.set(xlabel="case of the independent test data", ylabel="squared error of $V_{max}$ on [0, 1]")
     return _finished(figure, axes)
 
@@ -79,8 +95,9 @@ def plot_splits(methods: dict[str, list[dict[str, Any]]]) -> Figure:
         for s, part in enumerate(splits):
             x = s + 1 + 0.22 * (k - 1)
             mse = np.array(part["mse_independent"])
-            axes.semilogy(np.full(len(mse), x), mse, ".", ms=4, alpha=0.5, color=COLOURS[name])
-            axes.semilogy(x, mse.min(), "_", ms=16, mew=2.5, color=COLOURS[name], label=NAMES[name] if s == 0 else None)
+            axes.semilogy(np.full(len(mse), x), mse, MARKERS[name], ms=3, alpha=0.5, color=COLOURS[name])
+            label = NAMES[name] if s == 0 else None
+            axes.semilogy(x, mse.min(), MARKERS[name], ms=9, mew=2, mfc="none", color=COLOURS[name], label=label)
             if part["corners"] and k == 0:
                 axes.annotate(
                     "corner case\nin the test", (s + 1, mse.max()), ha="center", va="bottom", fontsize="small"
@@ -116,7 +133,7 @@ def plot_neurons(neurons: dict[str, Any]) -> Figure:
     """Errors by number of hidden neurons, a line an iteration (Fig. 41)."""
     figure, axes = _figure()
     mse = np.array(neurons["mse_independent"])
-    axes.semilogy(neurons["neurons"], mse, "-", lw=0.8, color="tab:blue", alpha=0.5)
+    axes.semilogy(neurons["neurons"], mse, "-", lw=0.8, color=style.BLUE, alpha=0.5)
     axes.semilogy(neurons["neurons"], np.median(mse, axis=1), "k-", lw=2, label="median")
     axes.set(xlabel="hidden neurons", ylabel=f"{MSE}, independent test", xticks=neurons["neurons"])
     return _finished(figure, axes)

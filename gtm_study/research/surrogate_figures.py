@@ -13,6 +13,7 @@ from gtm_fmu.envelopes.feasibility import FULL_THROTTLE_PCT
 from gtm_fmu.envelopes.thrust_map import MapEnvelopes, ThrustMap
 from gtm_fmu.envelopes.thrust_survey import gross_thrust_lbf, thrust_curve
 from gtm_fmu.progress import Advance
+from gtm_study import style
 from surrogate.rudder.emulator import PAPER, RudderEmulator
 
 SEVERAL_GOAL_KT = 2.0
@@ -35,8 +36,9 @@ def plot_surface(advance: Advance) -> Figure:
         for altitude, marker in markers.items():
             slowest, fastest, *thrust = thrust_curve("rudder", altitude, 0.0, deflection, SURFACE_SPEEDS)
             speed = slowest + (fastest - slowest) * np.linspace(0, 1, SURFACE_SPEEDS) ** 2
-            axes.plot(speed, thrust, marker, color=f"C{k}", markersize=4, fillstyle="none")
-        axes.plot(speed, thrust, color=f"C{k}", linewidth=0.7, label=f"{deflection:g} deg")
+            axes.plot(speed, thrust, marker, color=style.PALETTE[k], markersize=4, fillstyle="none")
+        drawn: Any = {"color": style.PALETTE[k], "linestyle": style.DASHES[k]}
+        axes.plot(speed, thrust, linewidth=0.9, label=f"{deflection:g} deg", **drawn)
         advance(k + 1, len(JAMS_DEG))
     for altitude, marker in markers.items():
         available = gross_thrust_lbf(FULL_THROTTLE_PCT, altitude)
@@ -77,17 +79,27 @@ def plot_fold(cut: FoldCut) -> Figure:
     figure = Figure(figsize=(7.5, 4.5), layout="constrained")
     axes = figure.add_subplot()
     mapped = cut.mapped
-    axes.plot(cut.gammas_deg, cut.network_kt, color="C1", label="the paper's networks, on the lattice")
+    axes.plot(
+        cut.gammas_deg, cut.network_kt, color=style.ORANGE, linestyle="--", label="the paper's networks, on the lattice"
+    )
     axes.errorbar(
         cut.gammas_deg,
         mapped.v_max_kt,
         DEVIATIONS * mapped.v_max_std_kt,
-        color="C0",
+        color=style.BLUE,
+        linestyle="-",
         label="thrust map, 95 %",
         capsize=2,
     )
     axes.plot(cut.gammas_deg, cut.exact_kt, "k.", label="exact")
-    axes.plot(cut.gammas_deg[mapped.fold], mapped.v_max_kt[mapped.fold], "rs", fillstyle="none", label="flagged")
+    axes.plot(
+        cut.gammas_deg[mapped.fold],
+        mapped.v_max_kt[mapped.fold],
+        "s",
+        color=style.VERMILION,
+        fillstyle="none",
+        label="flagged",
+    )
     axes.set(
         xlabel=r"$\gamma$, deg", ylabel=r"$V_{max}$, kn", title=f"{FOLD[0]:g} ft, rudder jammed at {FOLD[1]:g} deg"
     )
@@ -99,10 +111,9 @@ def plot_errors(results: Mapping[str, Any]) -> Figure:
     """Mean square error off the lattice by the number of searches that a model was given."""
     figure = Figure(figsize=(7.5, 5.5), layout="constrained")
     axes = figure.add_subplot()
-    for name, points in results.get("curves", {}).items():
-        axes.loglog(
-            *_curve(points), "o-", markersize=4, label=name if "thrust" in name else f"Gaussian process, {name}"
-        )
+    for k, (name, points) in enumerate(results.get("curves", {}).items()):
+        label = name if "thrust" in name else f"Gaussian process, {name}"
+        axes.loglog(*_curve(points), f"{style.MARKERS[k]}-", markersize=4, color=style.PALETTE[k], label=label)
     models = results.get("models", {})
     for name, marker in (("thrusts", "s"), ("lattice", "x")):
         points = [model for key, model in models.items() if key.endswith(name) and key.startswith("Gaussian")]
@@ -110,7 +121,7 @@ def plot_errors(results: Mapping[str, Any]) -> Figure:
             label = "Gaussian process, thrusts by chance" if name == "thrusts" else "Gaussian process, paper's lattice"
             axes.loglog(*_curve(points), marker, color="k", fillstyle="none", label=label)
     if network := models.get("BR network 4-10-2, lattice"):
-        axes.loglog(*_curve([network]), "^", color="C1", markersize=8, label="BR 4-10-2, paper's lattice")
+        axes.loglog(*_curve([network]), "*", color=style.VERMILION, markersize=9, label="BR 4-10-2, paper's lattice")
     axes.axhline(GOAL_MSE, color="grey", linestyle="--", linewidth=0.8)
     axes.annotate("goal", (0.01, GOAL_MSE * 1.1), xycoords=axes.get_yaxis_transform(), fontsize=8)
     axes.set(
@@ -130,11 +141,12 @@ def plot_trims(results: Mapping[str, Any]) -> Figure:
     for k, (failure, points) in enumerate(results["trim map"].items()):
         ordered = sorted(points, key=lambda point: point["trims"])
         trims, errors = ([point[name] for point in ordered] for name in ("trims", "percentile_95_kt"))
-        axes.loglog(trims, errors, "o-", color=f"C{k}", label=f"trim map: {failure}")
+        axes.loglog(trims, errors, f"{style.MARKERS[k]}-", color=style.PALETTE[k], label=f"trim map: {failure}")
         learnt = [model["percentile_95_kt"] for model in others.get(failure, {}).values() if "searches" in model]
         if learnt:
             label = f"best of those learnt from 512 cases: {failure}"
-            axes.axhline(min(learnt), color=f"C{k}", linestyle="--", linewidth=1, label=label)
+            dashes: Any = style.DASHES[k + 1]
+            axes.axhline(min(learnt), color=style.PALETTE[k], linestyle=dashes, linewidth=1, label=label)
     axes.axhline(SEVERAL_GOAL_KT, color="grey", linestyle=":", linewidth=1, label="goal")
     axes.set(xlabel="Trims of the map", ylabel="95 % of the errors below, kn")
     for plain in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
