@@ -29,7 +29,7 @@ from gtm_study.commands import cli
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
+PAGES = ("README.md", *sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")))
 COMMANDS = ("gtm-fmu", "python", "make", "node")
 LANGUAGES = ("sh", "python", "c", "js", "text")
 FENCE = re.compile(r"^```(\w*)$")
