@@ -23,7 +23,8 @@ import pytest
 import typer
 from typer.exceptions import TyperException
 
-from gtm_fmu import ControlLimits, linearize, trim
+from fmu_src import MODELS
+from gtm_fmu import ControlLimits, Envelope, Trim, linearize, trim
 from gtm_study.commands import cli
 
 pytestmark = pytest.mark.slow
@@ -166,6 +167,23 @@ def test_signs():
     assert (round(jammed.beta_deg, 1), round(jammed.phi_deg, 1)) == (7.7, 15.7)
     assert trim(10000, 118.5, 3.0, 5.0).phi_deg > 10
     assert trim(10000, 118.5, 3.0).theta_deg > level.theta_deg
+
+
+def test_symbols():
+    """Each name of the glossary is one in Python or of an FMU, shown in the unit that the glossary says."""
+    models = [MODELS[name]([]).model for name in ("dynamics", "surrogate")]
+    shown = {variable.name: variable.display_unit for model in models for variable in model.variables}
+    rows = [
+        [cell.strip().strip("`") for cell in line.split("|")[4:7]]
+        for line in (ROOT / "docs/symbols.md").read_text(encoding="utf-8").splitlines()
+        if line.startswith("| $") and line.count("|") == 7
+    ]
+    assert len(rows) >= 25
+    endings = {"kn": "_kt", "%": "_pct", "g": "", "deg/s": "_deg_s"}
+    for python, variable, unit in rows:
+        assert not variable or shown[variable] == unit, variable
+        assert not python or hasattr(Trim, python) or python in Trim.__annotations__ | Envelope.__annotations__, python
+        assert python.endswith(endings.get(unit, f"_{unit}")) or not python, python
 
 
 @pytest.mark.parametrize("page", PAGES)

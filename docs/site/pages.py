@@ -14,6 +14,8 @@ from mkdocs.structure.files import File, Files
 from fmu_src import MODELS, NATIVE_MODELS
 from fmu_src.description.model_description import ModelDescription, Variable
 from gtm_study.commands import cli
+from gtm_study.paper.registry import COUNTERPARTS
+from gtm_study.paper.stages import STAGES
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = {
@@ -43,6 +45,7 @@ def pages() -> dict[str, Callable[[], str]]:
         "reference/command-line.md": command_line,
         "reference/fmu-variables.md": fmu_variables,
         "reference/benchmarks.md": benchmarks,
+        "reference/paper.md": paper,
         "reference/changes.md": lambda: _text("CHANGELOG.md"),
         "reference/contributing.md": lambda: _text("CONTRIBUTING.md").replace("](docs/", "](../"),
         "reference/notice.md": lambda: f"# Notice\n\n```text\n{_text('NOTICE')}```\n\nLicence: Apache-2.0.\n",
@@ -76,6 +79,27 @@ def benchmarks() -> str:
             parts += [f"### {path.stem}", f"*{result['machine']}*; `python benchmarks/{path.stem}.py`"]
             parts.append(table(("what", "here", "peer", "its value", "ratio"), rows))
     return _page(parts)
+
+
+def paper() -> str:
+    """Every figure and table of the paper with the stage of the study that computes ours."""
+    levels = {stage.name: stage.level for stage in STAGES}
+    rows = []
+    for each in COUNTERPARTS:
+        ours = f"`gtm-fmu study --only {each.stage}`" if each.stage in levels else _escaped(each.reason or "-")
+        rows.append([each.number, _escaped(each.shows), _escaped(each.published), ours])
+    return _page(
+        [
+            "# The paper, figure by figure",
+            "R. Norouzi, A. Kosari, M. H. Sabour: *Investigating the Generalization Capability and Performance of "
+            "Neural Networks and Neuro-Fuzzy Systems for Nonlinear Dynamics Modeling of Impaired Aircraft*, IEEE "
+            "Access 7 (2019). The command in the last column computes ours into the study's report, where both stand "
+            "side by side with a verdict. What came out is told in [networks against local model networks]"
+            "(../network-comparison.md), [better surrogates](../better-surrogates.md) and "
+            "[sensitivity](../sensitivity.md#the-aircraft).",
+            table(("in the paper", "shows", "says", "ours"), rows),
+        ]
+    )
 
 
 def package(name: str) -> str:
