@@ -1,0 +1,1 @@
+"""A path planner that asks the FMUs what a failure leaves."""

@@ -1,0 +1,212 @@
+"""A plan for a scenario: the path of least cost beside those that are least in another respect."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from examples.path_planner.planner.costs import Margins
+from examples.path_planner.planner.plan import Measures, NoPathError, Plan, Segment
+from examples.path_planner.planner.primitives import Leg, Manoeuvre, Primitives
+from examples.path_planner.planner.scenario import COSTS, Goal, Pose, Scenario
+from examples.path_planner.planner.search import Search, State, fly
+from examples.path_planner.planner.sources import EnvelopeSource, ExactFmus
+from gtm_fmu.units import M_S_PER_KT
+
+_SEGMENT_FT = 500.0
+"""A longer climb or descent is told in parts, each with its own limits."""
+_SAMPLE_S = 1.0
+_SPEEDS_KT = tuple(range(70, 151, 5))
+
+
+def exact_fmus(folder: Path, scenario: Scenario) -> ExactFmus:
+    """The exact source, of the FMUs in a folder, which are built where they are missing.
+
+    Raises:
+        InputError: an FMU that cannot be built, or a failure that they do not know.
+    """
+    from fmu_src.fmus import build_fmu
+
+    paths = [folder / "GtmManoeuvreNative.fmu", folder / "GtmEnvelopeNative.fmu"]
+    for path, name in zip(paths, ("manoeuvre-native", "envelope-native"), strict=True):
+        if not path.exists():
+            build_fmu(name, folder)
+    return ExactFmus(*paths, scenario.failure)
+
+
+def plan(
+    scenario: Scenario, source: EnvelopeSource, alternatives: bool = True, say: Callable[[str], None] | None = None
+) -> Plan:
+    """The path of least cost, and with ``alternatives`` those of every other cost.
+
+    Raises:
+        NoPathError: nothing leads there.
+    """
+    check_start(scenario)
+    tas_kt = scenario.tas_kt or safest_speed(scenario, source)
+    found = _plan_for(scenario, source, tas_kt, scenario.cost.of)
+    if not alternatives:
+        return found
+    others = []
+    for of in COSTS:
+        if of != scenario.cost.of:
+            if say:
+                say(of)
+            others.append(_plan_for(scenario, source, tas_kt, of))
+    return replace(found, alternatives=tuple(others))
+
+
+def check_start(scenario: Scenario) -> None:
+    """Raises NoPathError where the start is in the ground."""
+    start = scenario.start
+    ground = float(scenario.terrain.height(np.float64(start.north_m), np.float64(start.east_m)))
+    if start.altitude_ft < ground + scenario.clearance_ft:
+        if math.isinf(ground):
+            raise NoPathError(
+                f"The start at {start.north_m:g} m north, {start.east_m:g} m east lies outside the terrain; it reaches "
+                f"from {scenario.terrain.north_m[0]:g} to {scenario.terrain.north_m[-1]:g} m north and from "
+                f"{scenario.terrain.east_m[0]:g} to {scenario.terrain.east_m[-1]:g} m east."
+            )
+        raise NoPathError(
+            f"The start at {start.altitude_ft:g} ft is {'in' if start.altitude_ft < ground else 'too near'} the ground "
+            f"of {ground:.0f} ft there; with the clearance, {ground + scenario.clearance_ft:.0f} ft is the least."
+        )
+
+
+def safest_speed(scenario: Scenario, source: EnvelopeSource) -> float:
+    """Of the speeds at which flight is possible at the start: the middle of those that turn most to the worse side.
+
+    Raises:
+        NoPathError: none is.
+    """
+    altitude, best = scenario.start.altitude_ft, (-math.inf, 0.0)
+    speeds = source.speeds(altitude, 0.0, scenario.failure)
+    if speeds is None:
+        raise NoPathError(_no_envelope(scenario, source))
+    for tas in np.linspace(*speeds, 17)[1:-1]:
+        ends = source.turn_rates(altitude, 0.0, float(tas))
+        if ends is None:
+            continue
+        margin = min(tas - speeds[0], speeds[1] - tas)
+        score = margin * min(1.0, max(min(-ends[0], ends[1]), 0.0) / 2.0) if ends[0] < 0 < ends[1] else margin * 1e-3
+        best = max(best, (score, float(tas)))
+    if not best[1]:
+        raise NoPathError(_no_envelope(scenario, source))
+    return float(round(best[1]))
+
+
+def _no_envelope(scenario: Scenario, source: EnvelopeSource) -> str:
+    return f"No steady flight is left at {scenario.start.altitude_ft:g} ft after this failure."
+
+
+def _plan_for(scenario: Scenario, source: EnvelopeSource, tas_kt: float, of: str) -> Plan:
+    began, asked = time.perf_counter(), source.queries
+    margins = Margins(source, scenario.failure, replace(scenario.cost, of=of))
+    goal = scenario.goal
+    if goal is None:
+        raise NoPathError("There is no goal.")
+    primitives = Primitives(source, tas_kt, scenario.reserve, scenario.start.altitude_ft)
+    memo: dict[tuple[int, float], float] = {}
+
+    def rate(altitude_ft: float, manoeuvre: Manoeuvre, ground_m_s: float) -> float:
+        if of == "distance":
+            return ground_m_s
+        key = round(altitude_ft / _SEGMENT_FT), round(manoeuvre.gamma_deg)
+        if key not in memo:
+            memo[key] = margins.rate(key[0] * _SEGMENT_FT, float(key[1]), tas_kt, ground_m_s)
+        return memo[key]
+
+    fastest = tas_kt * M_S_PER_KT + math.hypot(*scenario.wind)
+    search = Search(scenario, goal, primitives, rate, margins.least_rate(fastest) / fastest)
+    states = search.run()
+    if states is None:
+        raise NoPathError(_no_path(scenario, goal, search))
+    legs = merged([leg for state in states for leg in state.legs])
+    found = told(of, scenario, legs, source, margins, states[-1].cost)
+    return replace(found, seconds=time.perf_counter() - began, queries=source.queries - asked)
+
+
+def _no_path(scenario: Scenario, goal: Goal, search: Search) -> str:
+    state: State | None = search.nearest
+    pose = state.pose if state else scenario.start
+    return (
+        f"No path leads to {goal.north_m:g} m north, {goal.east_m:g} m east at {goal.altitude_ft[0]:g} to "
+        f"{goal.altitude_ft[1]:g} ft; the nearest that is reached is {search.distance_m(pose):.0f} m short of it at "
+        f"{pose.altitude_ft:.0f} ft."
+    )
+
+
+def merged(legs: list[Leg]) -> list[Leg]:
+    """The same with equal manoeuvres that follow each other as one."""
+    found: list[Leg] = []
+    for leg in legs:
+        if found and found[-1].manoeuvre == leg.manoeuvre:
+            found[-1] = Leg(leg.manoeuvre, found[-1].duration_s + leg.duration_s)
+        else:
+            found.append(leg)
+    return found
+
+
+def told(name: str, scenario: Scenario, legs: list[Leg], source: EnvelopeSource, margins: Margins, cost: float) -> Plan:
+    """The plan of some legs: sampled, and each segment asked for again where it begins."""
+    pose, now_s, segments = scenario.start, 0.0, []
+    columns: list[np.ndarray] = []
+    for leg in legs:
+        climb = abs(float(fly(pose, leg, np.float64(leg.duration_s), scenario)[2]) - pose.altitude_ft)
+        count = max(1, math.ceil(climb / _SEGMENT_FT - 1e-9))
+        part = Leg(leg.manoeuvre, leg.duration_s / count)
+        for _ in range(count):
+            segments.append(segment(pose, part, now_s, source, margins))
+            times = np.linspace(0.0, part.duration_s, max(2, math.ceil(part.duration_s / _SAMPLE_S) + 1))
+            track = np.array([now_s + times, *fly(pose, part, times, scenario)])
+            columns.append(track if not columns else track[:, 1:])
+            pose, now_s = Pose(*(float(value) for value in track[1:, -1])), now_s + part.duration_s
+    table = np.concatenate(columns, axis=1)
+    measures = measured(segments, table, scenario)
+    return Plan(name, tuple(segments), *table, cost=cost, measures=measures, source=source.name)
+
+
+def segment(pose: Pose, leg: Leg, start_s: float, source: EnvelopeSource, margins: Margins) -> Segment:
+    """All about a leg at its beginning."""
+    gamma, tas, rate = leg.manoeuvre
+    answer = source.answer(pose.altitude_ft, gamma, tas, rate)
+    speeds = source.speeds(pose.altitude_ft, gamma, margins.failure) or (math.nan, math.nan)
+    return Segment(
+        start_s=start_s,
+        duration_s=leg.duration_s,
+        north_m=pose.north_m,
+        east_m=pose.east_m,
+        altitude_ft=pose.altitude_ft,
+        heading_deg=pose.heading_deg % 360.0,
+        tas_kt=tas,
+        gamma_deg=gamma,
+        turn_rate_deg_s=rate,
+        bank_deg=answer.trim.get("bank_deg", math.nan),
+        controls=answer.trim,
+        v_min_kt=speeds[0],
+        v_max_kt=speeds[1],
+        turn_rates_deg_s=source.turn_rates(pose.altitude_ft, gamma, tas) or (math.nan, math.nan),
+        margins=answer.margins,
+        binding=answer.binding,
+        second_failures_kt=margins.after(pose.altitude_ft, gamma, tas),
+    )
+
+
+def measured(segments: list[Segment], track: np.ndarray, scenario: Scenario) -> Measures:
+    """Of a path in every respect; ``track`` has the rows time, north, east, altitude, heading."""
+    left = [s.second_failures_kt.values() for s in segments]
+    worst = [None if None in each else min(each, default=math.inf) for each in left]  # type: ignore[type-var]
+    exposed = sum(s.duration_s for s, w in zip(segments, worst, strict=True) if w is None or w < 0)
+    known = [w for w in worst if w is not None]
+    height = track[3] - scenario.terrain.height(track[1], track[2])
+    return Measures(
+        time_s=float(track[0, -1]),
+        distance_m=float(np.hypot(np.diff(track[1]), np.diff(track[2])).sum()),
+        margin_kt=min(s.margin_kt for s in segments),
+        second_failure_kt=None if len(known) < len(worst) else min(known),
+        exposed_s=float(exposed),
+        clearance_ft=float(height.min()),
+    )
