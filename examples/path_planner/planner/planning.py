@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from examples.path_planner.planner.costs import Margins
+from examples.path_planner.planner.field import CostToGo
 from examples.path_planner.planner.plan import Measures, NoPathError, Plan, Segment
 from examples.path_planner.planner.primitives import Leg, Manoeuvre, Primitives
 from examples.path_planner.planner.scenario import COSTS, Goal, Pose, Scenario
@@ -108,7 +109,7 @@ def _plan_for(scenario: Scenario, source: EnvelopeSource, tas_kt: float, of: str
     goal = scenario.goal
     if goal is None:
         raise NoPathError("There is no goal.")
-    primitives = Primitives(source, tas_kt, scenario.reserve, scenario.start.altitude_ft)
+    primitives = Primitives(source, tas_kt, scenario.gammas_deg, scenario.reserve, scenario.start.altitude_ft)
     memo: dict[tuple[int, float], float] = {}
 
     def rate(altitude_ft: float, manoeuvre: Manoeuvre, ground_m_s: float) -> float:
@@ -120,7 +121,18 @@ def _plan_for(scenario: Scenario, source: EnvelopeSource, tas_kt: float, of: str
         return memo[key]
 
     fastest = tas_kt * M_S_PER_KT + math.hypot(*scenario.wind)
-    search = Search(scenario, goal, primitives, rate, margins.least_rate(fastest) / fastest)
+    level_m_s = tas_kt * M_S_PER_KT
+
+    def coarse(altitude_ft: float, gamma_deg: float) -> float | None:
+        """Where the flight path can be flown in any way."""
+        if not scenario.gammas_deg[0] <= gamma_deg <= scenario.gammas_deg[-1]:
+            return None
+        if source.turn_rates(round(altitude_ft / 500.0) * 500.0, round(gamma_deg), tas_kt) is None:
+            return None
+        return rate(altitude_ft, Manoeuvre(gamma_deg, tas_kt, 0.0), level_m_s)
+
+    to_go = CostToGo(scenario, goal, tas_kt, coarse)
+    search = Search(scenario, goal, primitives, rate, to_go, margins.least_rate(fastest) / fastest)
     states = search.run()
     if states is None:
         raise NoPathError(_no_path(scenario, goal, search))

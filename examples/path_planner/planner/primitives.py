@@ -11,7 +11,6 @@ from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
 
 LAYER_FT = 250.0
 """Between altitudes at which the FMU is asked while a path is sought."""
-GAMMAS_DEG = (-9.0, -6.0, -3.0, 0.0, 3.0, 6.0, 9.0)
 SAMPLES = 8
 """Points of a manoeuvre at which the ground is looked at."""
 _STRAIGHT_M, _TURNED_DEG = 500.0, 30.0
@@ -59,8 +58,15 @@ class Steps(NamedTuple):
 class Primitives:
     """What can be flown at a speed, by altitude."""
 
-    def __init__(self, source: EnvelopeSource, tas_kt: float, reserve: float, altitude_ft: float) -> None:
-        self.source, self.tas_kt, self.reserve = source, tas_kt, reserve
+    def __init__(
+        self,
+        source: EnvelopeSource,
+        tas_kt: float,
+        gammas_deg: tuple[float, ...],
+        reserve: float,
+        altitude_ft: float,
+    ) -> None:
+        self.source, self.tas_kt, self.gammas_deg, self.reserve = source, tas_kt, gammas_deg, reserve
         self._feasible: dict[tuple[float, Manoeuvre], bool] = {}
         self._steps: dict[int, Steps] = {}
         self.candidates = self._candidates(altitude_ft)
@@ -68,7 +74,7 @@ class Primitives:
     def _candidates(self, altitude_ft: float) -> tuple[Leg, ...]:
         """Straight flight, the tightest turns to both sides and half of them, on every flight path that is left."""
         found = []
-        for gamma in GAMMAS_DEG:
+        for gamma in self.gammas_deg:
             ends = self.source.turn_rates(altitude_ft, gamma, self.tas_kt)
             if ends is not None:
                 found += [self._leg(Manoeuvre(gamma, self.tas_kt, rate)) for rate in self.rates(ends)]

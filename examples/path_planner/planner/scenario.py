@@ -16,6 +16,7 @@ from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
 
 COSTS = ("time", "distance", "margin", "second failure")
 
+GAMMAS_DEG = (-9.0, -6.0, -3.0, 0.0, 3.0, 6.0, 9.0)
 NUMBER = (-1e7, 1e7)
 _HEADING = (-360.0, 360.0)
 
@@ -86,6 +87,7 @@ class Scenario:
         failure: what has failed, by the names of the FMU's inputs, in their display units (deg, %).
         tas_kt: the speed to fly; None for the one with the most margin.
         clearance_ft: least height above the ground.
+        gammas_deg: flight paths to choose from; an end that needs one between them has it.
         reserve: which part of the turns that are left is used; the rest is for guidance.
     """
 
@@ -97,6 +99,7 @@ class Scenario:
     tas_kt: float | None = None
     wind: Wind = CALM
     clearance_ft: float = 200.0
+    gammas_deg: tuple[float, ...] = GAMMAS_DEG
     reserve: float = 0.8
     runways: tuple[Runway, ...] = ()
     cost: Cost = field(default_factory=Cost)
@@ -186,6 +189,7 @@ def scenario(values: Mapping[str, Any], folder: Path, title: str) -> Scenario:
         tas_kt=tas_kt,
         wind=_wind(_Table("wind", file.values.pop("wind", {}))),
         clearance_ft=clearance_ft,
+        gammas_deg=_gammas(file.values.pop("gammas_deg", GAMMAS_DEG)),
         reserve=file.number("reserve", 0.8, (0.1, 1.0)),
         runways=tuple(_runway(_Table("runway", each)) for each in file.values.pop("runway", [])),
         cost=_cost(_Table("cost", file.values.pop("cost", {}))),
@@ -231,6 +235,12 @@ def _goal(values: Any) -> Goal | None:
     )
     table.end()
     return goal
+
+
+def _gammas(values: Any) -> tuple[float, ...]:
+    if not isinstance(values, list | tuple) or not values:
+        raise InputError(f"gammas_deg is {values!r}; give a list of flight-path angles in deg.")
+    return tuple(sorted(ranges.check_range("a flight path of gammas_deg", each, ranges.GAMMA_DEG) for each in values))
 
 
 def _wind(table: _Table) -> Wind:

@@ -13,7 +13,8 @@ import numpy as np
 from astar import find_path
 
 from examples.path_planner.planner import dubins
-from examples.path_planner.planner.primitives import GAMMAS_DEG, SAMPLES, Leg, Manoeuvre, Primitives, Steps
+from examples.path_planner.planner.field import CostToGo
+from examples.path_planner.planner.primitives import SAMPLES, Leg, Manoeuvre, Primitives, Steps
 from examples.path_planner.planner.scenario import Goal, Pose, Scenario
 from examples.path_planner.planner.tracks import FT_PER_M, displacement, over_ground
 from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
@@ -50,9 +51,11 @@ Rate = Callable[[float, Manoeuvre, float], float]
 class Search:
     """One search; `run` does it."""
 
-    def __init__(self, scenario: Scenario, goal: Goal, primitives: Primitives, rate: Rate, least_per_m: float) -> None:
+    def __init__(
+        self, scenario: Scenario, goal: Goal, primitives: Primitives, rate: Rate, to_go: CostToGo, least_per_m: float
+    ) -> None:
         self.scenario, self.goal, self.primitives = scenario, goal, primitives
-        self.rate, self.least_per_m = rate, least_per_m
+        self.rate, self.to_go, self.least_per_m = rate, to_go, least_per_m
         self.best: dict[tuple[int, ...], float] = {}
         self.nearest: State | None = None
         self.states = 0
@@ -84,7 +87,8 @@ class Search:
     ) -> np.ndarray:
         """No path from these poses (n) costs less: as far as the goal's circle, or along turn, straight and turn."""
         away = np.maximum(np.hypot(self.goal.north_m - north, self.goal.east_m - east) - self.goal.radius_m, 0.0)
-        least = away * self.least_per_m
+        over_terrain = self.to_go(north, east, altitude) - self.to_go.spacing[0] * self.least_per_m
+        least = np.maximum(away * self.least_per_m, over_terrain)
         if self.turns is None:
             return least
         # With wind the goal drifts towards the aircraft or away, at most as long as the way takes.
@@ -226,7 +230,7 @@ class Search:
         else:
             return None
         gamma_deg = gamma / RAD_PER_DEG
-        if not GAMMAS_DEG[0] <= gamma_deg <= GAMMAS_DEG[-1]:
+        if not self.primitives.gammas_deg[0] <= gamma_deg <= self.primitives.gammas_deg[-1]:
             return None
         parts = (
             (path.first_angle, path.first_m),
