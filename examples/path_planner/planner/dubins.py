@@ -7,7 +7,6 @@ so L^2 = |c_b - c_a|^2 - (r_b - r_a)^2. A place without a heading is a last turn
 """
 
 import math
-from collections.abc import Iterator
 from itertools import product
 from typing import NamedTuple
 
@@ -31,26 +30,30 @@ class Path(NamedTuple):
         return abs(self.first_m * self.first_angle) + self.straight_m + abs(self.last_m * self.last_angle)
 
 
-def paths(
+def path(
     start: tuple[float, float, float],
     end: tuple[float, float, float | None],
     radii_m: tuple[float, float],
-) -> Iterator[Path]:
-    """All paths from north, east and heading in rad to another; the end's heading may be None.
+    kind: int,
+) -> Path | None:
+    """The path from north, east and heading in rad to another by one pair of turns; None where there is none.
 
-    ``radii_m``: of turns to the left and to the right, both positive.
+    Args:
+        radii_m: of turns to the left and to the right, both positive.
+        kind: 0 .. 3, turns left and left, left and right, right and left, right and right; to an end without a heading
+            0 and 1, a turn to the left or to the right.
     """
     signed = (-radii_m[0], radii_m[1])
-    for first, last in product(signed, signed if end[2] is not None else (0.0,)):
-        north, east = (b - a for a, b in zip(_centre(start, first), _centre(end, last), strict=True))
-        difference = last - first
-        square = north * north + east * east - difference * difference
-        if square < 0:
-            continue
-        straight = math.sqrt(square)
-        theta = math.atan2(east, north) - math.atan2(difference, straight)
-        last_angle = 0.0 if end[2] is None else _angle(end[2] - theta, last)
-        yield Path(first, _angle(theta - start[2], first), straight, last, last_angle)
+    first, last = (signed[kind // 2], signed[kind % 2]) if end[2] is not None else (signed[kind], 0.0)
+    north, east = (b - a for a, b in zip(_centre(start, first), _centre(end, last), strict=True))
+    difference = last - first
+    square = north * north + east * east - difference * difference
+    if square < 0:
+        return None
+    straight = math.sqrt(square)
+    theta = math.atan2(east, north) - math.atan2(difference, straight)
+    last_angle = 0.0 if end[2] is None else _angle(end[2] - theta, last)
+    return Path(first, _angle(theta - start[2], first), straight, last, last_angle)
 
 
 def _centre(pose: tuple[float, float, float | None], radius: float) -> tuple[float, float]:

@@ -10,17 +10,19 @@ import numpy as np
 
 from examples.path_planner.planner.costs import Margins
 from examples.path_planner.planner.field import CostToGo
+from examples.path_planner.planner.flight import fly
 from examples.path_planner.planner.plan import Measures, NoPathError, Plan, Segment
 from examples.path_planner.planner.primitives import Leg, Manoeuvre, Primitives
 from examples.path_planner.planner.scenario import COSTS, Goal, Pose, Scenario
-from examples.path_planner.planner.search import Search, State, fly
+from examples.path_planner.planner.search import Search, State
 from examples.path_planner.planner.sources import EnvelopeSource, ExactFmus
 from gtm_fmu.units import M_S_PER_KT
 
 _SEGMENT_FT = 500.0
 """A longer climb or descent is told in parts, each with its own limits."""
 _SAMPLE_S = 1.0
-_SPEEDS_KT = tuple(range(70, 151, 5))
+_SPEEDS = 24
+"""Speeds that are compared."""
 
 
 def exact_fmus(folder: Path, scenario: Scenario) -> ExactFmus:
@@ -78,25 +80,30 @@ def check_start(scenario: Scenario) -> None:
 
 
 def safest_speed(scenario: Scenario, source: EnvelopeSource) -> float:
-    """Of the speeds at which flight is possible at the start: the middle of those that turn most to the worse side.
+    """The speed in kn with the most margin in level flight at the start, now and after a second failure.
+
+    Of speeds at which the aircraft turns both ways, if there are any; a second failure that leaves nothing at any speed
+    is of no consequence for the choice.
 
     Raises:
-        NoPathError: none is.
+        NoPathError: no steady flight is possible.
     """
-    altitude, best = scenario.start.altitude_ft, (-math.inf, 0.0)
+    altitude = scenario.start.altitude_ft
+    margins = Margins(source, scenario.failure, scenario.cost)
     speeds = source.speeds(altitude, 0.0, scenario.failure)
     if speeds is None:
         raise NoPathError(_no_envelope(scenario, source))
-    for tas in np.linspace(*speeds, 17)[1:-1]:
-        ends = source.turn_rates(altitude, 0.0, float(tas))
+    found = []
+    for tas in (float(each) for each in np.linspace(*speeds, _SPEEDS + 2)[1:-1]):
+        ends = source.turn_rates(altitude, 0.0, tas)
         if ends is None:
             continue
-        margin = min(tas - speeds[0], speeds[1] - tas)
-        score = margin * min(1.0, max(min(-ends[0], ends[1]), 0.0) / 2.0) if ends[0] < 0 < ends[1] else margin * 1e-3
-        best = max(best, (score, float(tas)))
-    if not best[1]:
+        after = [m for m in margins.after(altitude, 0.0, tas).values() if m is not None]
+        turns_both_ways = ends[0] < 0 < ends[1]
+        found.append((turns_both_ways, min([tas - speeds[0], speeds[1] - tas, *after]), float(round(tas))))
+    if not found:
         raise NoPathError(_no_envelope(scenario, source))
-    return float(round(best[1]))
+    return max(found)[-1]
 
 
 def _no_envelope(scenario: Scenario, source: EnvelopeSource) -> str:

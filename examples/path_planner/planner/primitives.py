@@ -13,7 +13,7 @@ LAYER_FT = 250.0
 """Between altitudes at which the FMU is asked while a path is sought."""
 SAMPLES = 8
 """Points of a manoeuvre at which the ground is looked at."""
-_STRAIGHT_M, _TURNED_DEG = 500.0, 30.0
+_STRAIGHT_M, _TURNED_DEG = 500.0, 15.0
 
 
 class Manoeuvre(NamedTuple):
