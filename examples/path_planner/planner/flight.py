@@ -1,4 +1,4 @@
-"""Legs flown from a pose: where they lead, whether they stay above the ground and inside the envelope, what they cost."""
+"""Legs flown from a pose: where they lead, what they cost, whether they keep off the ground and in the envelope."""
 
 import math
 from collections.abc import Callable, Sequence

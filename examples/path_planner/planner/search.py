@@ -55,8 +55,8 @@ class Search:
     """One search; `run` does it.
 
     Attributes:
-        turns: level turns to the left and to the right in deg/s; None where the aircraft cannot fly straight or turns to
-            one side only.
+        turns: level turns to the left and to the right in deg/s; None where the aircraft cannot fly straight or turns
+            to one side only.
         nearest: the state that came nearest to the goal.
         states: how many were looked at.
     """
@@ -180,6 +180,9 @@ class Search:
         best: State | None = None
         gammas = self.scenario.gammas_deg[0], self.scenario.gammas_deg[-1]
         for legs in connections(state.pose, target, self.primitives.tas_kt, self.turns, gammas, self.scenario.wind):
+            speed = self.primitives.tas_kt * M_S_PER_KT
+            if sum(leg.duration_s for leg in legs) * speed * self.least_per_m >= most and not any(self.scenario.wind):
+                continue
             found = flown(state.pose, legs, state.manoeuvre, self.scenario, self.primitives, self.rate, most)
             if found is not None:
                 pose, most = found
