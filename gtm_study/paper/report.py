@@ -1,33 +1,38 @@
-"""The results of a study as a table beside the paper's."""
+"""The results of a study as tables beside the paper's, for Markdown and for the page."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from statistics import median
 from typing import Any
 
 from gtm_study.paper import published, sensitivity_report
-from gtm_study.tables import markdown_table, short
+from gtm_study.tables import Section, Table, markdown, short
 
 Row = tuple[str, str, str]
 
 
 def study_report(results: dict[str, Any]) -> str:
     """The results of all stages that are finished, as Markdown."""
-    parts = [*_tables(results), _models(results)]
+    return markdown(study_sections(results))
+
+
+def study_sections(results: Mapping[str, Any]) -> list[Section]:
+    """The results of all stages that are finished."""
+    sections = [Section("Results", 1, (*_quantities(results), *_models(results)))]
     if "sensitivity" in results:
         found = results["sensitivity"]
-        parts.append(sensitivity_report.sensitivity_section(found, found["failures"]))
-    return "# Results\n\n" + "\n".join(filter(None, parts))
+        sections += sensitivity_report.sensitivity_sections(found, found["failures"])
+    return sections
 
 
-def _tables(results: dict[str, Any]) -> list[str]:
+def _quantities(results: Mapping[str, Any]) -> tuple[str | Table, ...]:
     rows = [row for name, describe in _ROWS.items() if name in results for row in describe(results[name])]
     if not rows:
-        return []
-    return [
-        markdown_table(("quantity", "here", "paper"), rows),
+        return ()
+    return (
+        Table(("quantity", "here", "paper"), rows, "Results beside the paper's"),
         "The paper counts cases of which some have no steady manoeuvre inside its own limits; errors are mean squares "
-        "of speeds scaled to 0..1.\n",
-    ]
+        "of speeds scaled to 0..1.",
+    )
 
 
 def _envelope_rows(envelopes: dict[str, Any]) -> list[Row]:
@@ -67,13 +72,13 @@ _ROWS: dict[str, Callable[[dict[str, Any]], list[Row]]] = {
 }
 
 
-def _models(results: dict[str, Any]) -> str:
+def _models(results: Mapping[str, Any]) -> tuple[str | Table, ...]:
     names = {"surrogate-fmu": "thrust map (GtmSurrogate.fmu)", "networks": "the paper's networks"}
     models = {name: results[stage]["off_lattice"] for stage, name in names.items() if stage in results}
-    return _shipped(models) if models else ""
+    return _shipped(models) if models else ()
 
 
-def _shipped(models: dict[str, dict[str, Any]]) -> str:
+def _shipped(models: dict[str, dict[str, Any]]) -> tuple[str | Table, ...]:
     """Errors on the package's test set of what the study leaves."""
     rows = []
     for name, scores in models.items():
@@ -84,5 +89,6 @@ def _shipped(models: dict[str, dict[str, Any]]) -> str:
     cases = next(iter(models.values()))["all"]["cases"]
     return (
         "`GtmSurrogate.fmu` carries the thrust map; `rudder_speeds.json` and `rudder_throttle.json` are the paper's "
-        f"networks, trained on the lattice. On {cases} random cases off the lattice:\n\n" + markdown_table(heads, rows)
+        f"networks, trained on the lattice. On {cases} random cases off the lattice:",
+        Table(heads, rows, f"Errors on {cases} random cases off the lattice"),
     )

@@ -5,7 +5,7 @@ from typing import Any
 
 from gtm_study.paper import published
 from gtm_study.paper.rudder_sensitivity import AS_IN_THE_PAPER, EXACT, WHETHER, WITH_AN_ENVELOPE
-from gtm_study.tables import markdown_table
+from gtm_study.tables import Section, Table
 
 KINDS = {"first": "S", "total": "S^T"}
 ASKED = {
@@ -13,35 +13,41 @@ ASKED = {
     WITH_AN_ENVELOPE: "V_min and V_max, given that there is an envelope; all inputs then depend on each other.",
     WHETHER: "Whether there is an envelope (1 or 0), and the least throttle of a steady manoeuvre, t_min.",
 }
+PUBLISHED_SUMS = (
+    "For dependent inputs S of one limit, S^T of the other and the closed index of altitude and flight path add up to "
+    "at most 1. In the paper's Table 15 the sums are 1.147 and 1.074: its S^T of one limit are what both limits together "
+    "have here."
+)
 
 
-def sensitivity_section(rudder: Mapping[str, Any], every: Mapping[str, Any]) -> str:
+def sensitivity_sections(rudder: Mapping[str, Any], every: Mapping[str, Any]) -> list[Section]:
     """Tables of a failed rudder, question by question, and of everything that may fail."""
-    parts = [
-        "## Variance-based indices of a failed rudder\n\n"
+    asked = (
         "Altitude, flight path, and limits uniform on their triangle. S is V[E(f | y)] / V(f), S^T is E[V(f | all "
         f"but y)] / V(f). {rudder['without_envelope']:.1%} of the cases have no envelope: there are three questions. "
         f"The indices are sums over {_cells(rudder['cells'])} cells of altitude, flight path and rudder: there is no "
-        "sampling, and no interval.\n"
-    ]
+        "sampling, and no interval."
+    )
+    sections = [Section("Variance-based indices of a failed rudder", 2, (asked,))]
     for question, found in rudder["questions"].items():
-        parts += [f"### {question.capitalize()}\n\n{ASKED[question]}\n"]
-        parts += [_table(found["answers"], kind, question == AS_IN_THE_PAPER) for kind in KINDS]
+        tables = [_table(question, found["answers"], kind) for kind in KINDS]
         errors = ", ".join(f"of the {name} {error:.4f}" for name, error in found["own_error"].items())
-        parts += [
+        told = (
             f"Largest error of its own, against the exact indices over the same cells: {errors}. With "
             f"{_cells(rudder['finer_cells'])} cells, as here for the thrust map, no index moves by more than "
-            f"{found['cells_error']:.4f}.\n"
-        ]
-    return "\n".join([*parts, _published(), _every(every)])
+            f"{found['cells_error']:.4f}."
+        )
+        further = (PUBLISHED_SUMS,) if question == AS_IN_THE_PAPER else ()
+        sections.append(Section(question.capitalize(), 3, (ASKED[question], *tables, told, *further)))
+    return [*sections, _every(every)]
 
 
 def _cells(cells: Mapping[str, int]) -> str:
     return " x ".join(map(str, cells.values()))
 
 
-def _table(answers: Mapping[str, Any], kind: str, with_paper: bool) -> str:
-    rows = []
+def _table(question: str, answers: Mapping[str, Any], kind: str) -> Table:
+    rows, with_paper = [], question == AS_IN_THE_PAPER
     for output, entry in answers[EXACT].items():
         for factor in entry["indices"]:
             cells = [f"{output}: {factor.replace(',', ', ')}"]
@@ -52,19 +58,11 @@ def _table(answers: Mapping[str, Any], kind: str, with_paper: bool) -> str:
                 cells.append(f"{known[kind]:.4f}" if kind in known else "-")
             rows.append(tuple(cells))
     heads = (KINDS[kind], *answers, *(["paper"] if with_paper else []))
-    return markdown_table(heads, rows)
+    return Table(heads, rows, f"{'First-order' if kind == 'first' else 'Total'} indices, {question}")
 
 
-def _published() -> str:
-    return (
-        "For dependent inputs S of one limit, S^T of the other and the closed index of altitude and flight path add up "
-        "to at most 1. In the paper's Table 15 the sums are 1.147 and 1.074: its S^T of one limit are what both limits "
-        "together have here.\n"
-    )
-
-
-def _every(every: Mapping[str, Any]) -> str:
-    parts = ["## Everything that may fail\n"]
+def _every(every: Mapping[str, Any]) -> Section:
+    parts: list[str | Table] = []
     for name, found in every.items():
         rows = []
         for output, entry in found["outputs"].items():
@@ -74,12 +72,13 @@ def _every(every: Mapping[str, Any]) -> str:
                 rows.append((f"{output}: {factor.replace(',', ', ')}", *cells))
         mean = found["outputs"]["has_envelope"]["mean"]
         said = (f"{_words(found['least_surfaces'][output])} for {output}" for output in found["outputs"])
-        parts.append(
+        parts += [
             f"{name.capitalize()}: {found['n_evaluations']} exact envelopes, {mean:.0%} of the cases have one. The "
             f"surface whose limits matter least (S^T): {', '.join(said)}. The 95 % intervals are of the sampling; "
-            f"there is no surrogate.\n\n{markdown_table(('factor', *KINDS.values()), rows)}"
-        )
-    return "\n".join(parts)
+            "there is no surrogate.",
+            Table(("factor", *KINDS.values()), rows, f"Indices of {name} that may fail"),
+        ]
+    return Section("Everything that may fail", 2, tuple(parts))
 
 
 def _words(surfaces: list[str]) -> str:
