@@ -1,13 +1,12 @@
 """Headless Chromium for tests of pages, without a network."""
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-CHROMIUM = next(
-    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
-)
+from gtm_study.report.pdf import find_browser
+
+CHROMIUM = find_browser()
 FLAGS = (
     "--no-sandbox",
     "--disable-gpu",

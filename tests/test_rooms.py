@@ -33,6 +33,7 @@ ROOMS = (
     ("gtm_study.figures",),
     ("gtm_study.explorer",),
     ("gtm_study.paper",),
+    ("gtm_study.report",),
     ("gtm_study.research",),
     ("gtm_study.commands", "gtm_study", "gtm_fmu.__main__"),
 )

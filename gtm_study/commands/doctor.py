@@ -14,8 +14,7 @@ import typer
 
 from gtm_fmu.core.library import library_path
 from gtm_study.commands.command import NO_SOLUTION
-
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+from gtm_study.report.pdf import BROWSERS
 
 
 class Part(NamedTuple):
@@ -57,7 +56,7 @@ def parts() -> list[Part]:
         _module("onnx", "export as ONNX", "onnx"),
         _module("sympy", "export as SymPy", "sympy"),
         _module("pyarrow", "tables as Parquet", "parquet"),
-        _program(CHROMIUM, "tests of pages", "chromium"),
+        _program(BROWSERS, "the study as PDF, tests of pages", "chromium"),
         _program(("wine64", "wine", "/usr/lib/wine/wine64"), "tests of Windows FMUs", "wine64"),
         _program(("qemu-aarch64-static", "qemu-aarch64"), "tests of FMUs for ARM", "qemu-user-static"),
         _program(("clang",), "tests with sanitizers", "clang"),

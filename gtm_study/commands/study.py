@@ -18,6 +18,7 @@ def study(
         list[str] | None, typer.Option(metavar="STAGE", help="Only this stage and what it needs. Once for each.")
     ] = None,
     listed: Annotated[bool, typer.Option("--list", help="Name the stages, and do nothing.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Print the page to study.pdf too, by Chromium.")] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Start of all random numbers.")] = 0,
     as_json: Json = False,
 ) -> None:
@@ -34,6 +35,17 @@ def study(
         return
     from gtm_study.paper.pipeline import run
     from gtm_study.paper.report import study_report
+    from gtm_study.report.page import PAGE, write_page
+    from gtm_study.report.pdf import PDF, check_browser, write_pdf
 
-    results = run(output, seed, level, only or ())
-    print(json.dumps(results, allow_nan=False) if as_json else f"{study_report(results)}\nAll files are in {output}.")
+    if pdf:
+        check_browser()
+
+    results = run(output, seed, level, only or (), after_stage=write_page)
+    if pdf:
+        write_pdf(output / PAGE, output / PDF)
+    print(
+        json.dumps(results, allow_nan=False)
+        if as_json
+        else f"{study_report(results)}\nThe page is {output / PAGE}; all files are in {output}."
+    )

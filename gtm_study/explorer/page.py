@@ -25,6 +25,7 @@ from gtm_fmu.trims.manoeuvre import HELD_TOLERANCE
 from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
 from gtm_study.explorer.webassembly import core_module
 from gtm_study.figures.envelopes import COLOURS
+from gtm_study.figures.pages import page_style
 from surrogate.exports.closed_form import closed_form
 from surrogate.exports.javascript import javascript
 from surrogate.models.network import Network
@@ -138,7 +139,7 @@ def explorer_page() -> str:
     emulator = RudderEmulator.load()
     networks = (_as_constant("speedsNetwork", emulator.speeds), _as_constant("throttleNetwork", emulator.throttle))
     return Template(text["explorer.html"]).substitute(
-        css=text["explorer.css"],
+        css=page_style() + text["explorer.css"],
         version=version("gtm-fmu"),
         facts=_json({**facts(), "map": _map(ThrustMap.load())}),
         core=_packed(core_module()),

@@ -1,6 +1,7 @@
 """Interactive pages that need nothing but themselves: plotly and its library inside one file, for any width."""
 
 from html import escape
+from importlib.resources import files
 from string import Template
 from typing import Any
 
@@ -37,3 +38,8 @@ def page(figure: Any, title: str, **layout: Any) -> str:
         full_html=False, include_plotlyjs=True, default_height="100%", config={"responsive": True, "displaylogo": False}
     )
     return _PAGE.substitute(title=escape(title), figure=body)
+
+
+def page_style() -> str:
+    """Colours for light and dark, type and tables that the pages share, as CSS."""
+    return (files("gtm_study.figures") / "web" / "page.css").read_text(encoding="utf-8")

@@ -15,8 +15,8 @@ ASKED = {
 }
 PUBLISHED_SUMS = (
     "For dependent inputs S of one limit, S^T of the other and the closed index of altitude and flight path add up to "
-    "at most 1. In the paper's Table 15 the sums are 1.147 and 1.074: its S^T of one limit are what both limits together "
-    "have here."
+    "at most 1. In the paper's Table 15 the sums are 1.147 and 1.074: its S^T of one limit are what both limits "
+    "together have here."
 )
 
 
