@@ -21,6 +21,7 @@ from gtm_fmu.errors import InputError
 from gtm_study.paper import comparisons, pipeline
 from gtm_study.paper.rudder_grid import Cells
 from gtm_study.paper.stages import STAGES, Sizes
+from gtm_study.report.page import PAGE, write_page
 from surrogate.rudder.emulator import RudderEmulator
 
 pytestmark = pytest.mark.slow
@@ -31,7 +32,7 @@ PICTURES = {
 }
 NETWORKS = {"rudder_speeds.json", "rudder_throttle.json"}
 FMUS = {"GtmDynamics.fmu", "GtmSurrogate.fmu"}
-PROMISED = {*PICTURES, *NETWORKS, *FMUS, "envelopes.zarr", "results.json", "results.md"}
+PROMISED = {PAGE, *PICTURES, *NETWORKS, *FMUS, "envelopes.zarr", "results.json", "results.md"}
 ALTITUDES_FT, GAMMAS_DEG, RUDDERS_DEG = (0.0, 20000.0), (-4.0, 0.0, 4.0), (-20.0, 0.0, 20.0)
 TRIMS, EPOCHS, ROUNDS = 6, 5, 2
 
@@ -55,7 +56,7 @@ SMALL = Sizes(
 
 
 def quietly(folder: Path, **options) -> dict:
-    return pipeline.run(folder, 1, console=Console(file=io.StringIO()), sizes=SMALL, **options)
+    return pipeline.run(folder, 1, console=Console(file=io.StringIO()), sizes=SMALL, after_stage=write_page, **options)
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +173,7 @@ class TestAgain:
         assert names(tmp_path) == names(folder)
         for name in ("GtmDynamics.fmu", "envelope_jams.png", "volume.html"):
             assert (tmp_path / name).stat().st_mtime_ns == before[tmp_path / name], name
-        for name in names(folder) - {"envelopes.zarr", "volume.html", "parts"}:  # plotly draws a new id each time
+        for name in names(folder) - {"envelopes.zarr", "volume.html", "parts", PAGE}:  # new ids by plotly; times
             assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
         for part in (folder / "parts").iterdir():
             values = [json.loads(path.read_text())["values"] for path in (part, tmp_path / "parts" / part.name)]
