@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from json import dumps
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from fmu_src.description.model_description import ModelDescription, Variable
 from fmu_src.description.reference_results import reference_envelopes
 from fmu_src.description.surrogate_variables import CASE, ENVELOPE, FLAGS, MARGINS, SPEED
 from gtm_fmu.aircraft.ranges import Range
+from gtm_fmu.conformal import EPSILON
+from gtm_fmu.core.map_layout import GROUPS
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.errors import InputError
 
@@ -29,6 +32,10 @@ USAGE = (
     "GtmEnvelope. Where feasible is false there is no envelope, and the speeds are zero. Where in_domain is false the "
     "case is outside the map and the speeds are guesses. Nobody knows how far they are off: the standard deviations "
     f"are {UNKNOWN_STD_KT:g} kn then, more than any speed.",
+    "v_min_safe is not below the exact V_min and v_max_safe not above the exact V_max, each with a probability of at "
+    "least {confidence} over the exact cases that set their margins and one more of the same distribution: "
+    "{calibrated}. What lies between them may have gaps, as near the ceiling. Where feasible_safe is false nothing is "
+    f"promised: v_min_safe is {UNKNOWN_STD_KT:g} kn then and v_max_safe is zero, so that no speed passes for safe.",
     "Outputs follow the inputs at once, also in Initialization Mode. That takes microseconds for a jam and some tens "
     "of them for a wide range.",
     "Values that are not finite or outside their bounds and reversed limits are logged in one sentence; the "
@@ -36,6 +43,11 @@ USAGE = (
 )
 FOLD = replace(
     FLAGS[0], name="fold", description="Whether a small change of thrust makes an end jump or decides on feasible"
+)
+SAFE = (
+    replace(ENVELOPE[0], name="v_min_safe", description="A speed that is not below the exact v_min"),
+    replace(ENVELOPE[1], name="v_max_safe", description="A speed that is not above the exact v_max"),
+    replace(FLAGS[0], name="feasible_safe", description="Whether v_min_safe and v_max_safe are promised"),
 )
 ARRAYS = ("density_ratio", "gamma_deg", "deflection_deg", "reach")
 """Attributes of a map that are handed to the core, in the order of `CoreMap`; the table follows."""
@@ -66,7 +78,9 @@ def thrust_map_description(thrust_map: ThrustMap, name: str | None = None) -> Mo
             for output in outputs
         )
 
-    usage = (text.format(control=control, lower=names[2], upper=names[3]) for text in USAGE)
+    about = {"control": control, "lower": names[2], "upper": names[3]}
+    about |= {"confidence": f"{1 - EPSILON:.1%}", "calibrated": _calibrated(thrust_map)}
+    usage = (text.format(**about) for text in USAGE)
     return ModelDescription(
         name=name or map_name(control),
         title=f"Steady flight envelope of the GTM-T2 with a failed {control}, by its thrust map",
@@ -77,12 +91,21 @@ def thrust_map_description(thrust_map: ThrustMap, name: str | None = None) -> Mo
             "flags": depending(feasible, replace(in_domain, description="Whether the case is inside the thrust map")),
             "margins": depending(*MARGINS),
             "folds": depending(FOLD),
+            "safe": depending(*SAFE),
         },
         stop_time=1.0,
         step_size=0.1,
         usage=(*usage, f"The map covers {', '.join(ranges)}."),
         constants={"lower": lower, "upper": upper, "unknown_std_kt": UNKNOWN_STD_KT},
     )
+
+
+def _calibrated(thrust_map: ThrustMap) -> str:
+    """What the margins of a map follow from."""
+    if thrust_map.safe is None:
+        return "this map has none, and promises nothing"
+    groups = (f"{count} {name}" for count, name in zip(thrust_map.safe.cases, GROUPS, strict=True))
+    return f"random cases of the whole map, {', '.join(groups)}"
 
 
 def _case(control: str) -> tuple[Variable, ...]:
@@ -115,11 +138,13 @@ def read_map(path: Path | None, only: str | None = None) -> ThrustMap:
 def map_reference(thrust_map: ThrustMap) -> Callable[[ModelDescription], dict[str, bytes]]:
     """Expected results, by the map itself."""
 
-    def find(altitude_ft: float, gamma_deg: float, limits_deg: Range) -> tuple[float, float, bool]:
+    def find(altitude_ft: float, gamma_deg: float, limits_deg: Range) -> tuple[float, ...]:
         found = thrust_map.predict_one(altitude_ft, gamma_deg, limits_deg)
-        return found["v_min_kt"] or 0.0, found["v_max_kt"] or 0.0, found["feasible"]
+        safe = found["v_min_safe_kt"] or UNKNOWN_STD_KT, found["v_max_safe_kt"] or 0.0
+        return found["v_min_kt"] or 0.0, found["v_max_kt"] or 0.0, found["feasible"], *safe
 
-    return partial(reference_envelopes, find=find, control=thrust_map.control)
+    further = [variable.name for variable in SAFE[:2]]
+    return partial(reference_envelopes, find=find, control=thrust_map.control, further=further)
 
 
 def map_resources(thrust_map: ThrustMap) -> dict[str, bytes]:
@@ -128,19 +153,20 @@ def map_resources(thrust_map: ThrustMap) -> dict[str, bytes]:
         "sizes": [*thrust_map.table.shape[:3], thrust_map.table.shape[3] - 2],
         "arrays": [getattr(thrust_map, name).ravel().tolist() for name in ARRAYS],
         "constants": [thrust_map.full_thrust_lbf, *thrust_map.tolerances],
+        "margins": [value if isfinite(value) else None for value in thrust_map.margins().ravel().tolist()],
     }
     return {"map.json": dumps(numbers).encode(), "map.f4": thrust_map.table.astype("<f4").tobytes()}
 
 
 def _array(kind: str, name: str, numbers: np.ndarray, suffix: str = "") -> str:
     """C of an array, each number with the fewest digits that give its very bits."""
-    digits = [f"{number!s}{suffix}" for number in numbers.ravel()]
+    digits = [f"{number!s}{suffix}" if isfinite(number) else "INFINITY" for number in numbers.ravel()]
     lines = (", ".join(digits[i : i + _NUMBERS_A_LINE]) for i in range(0, len(digits), _NUMBERS_A_LINE))
-    return f"static const {kind} {name}[] = {{\n" + ",\n".join(lines) + "};\n"
+    return f"{kind} {name}[] = {{\n" + ",\n".join(lines) + "};\n"
 
 
 def map_source(thrust_map: ThrustMap) -> dict[str, bytes]:
-    """map.h and map.c: the map as a constant of thrust_map.h."""
+    """map.h and map.c: the map and its margins as constants of thrust_map.h."""
     densities, paths, deflections, numbers = thrust_map.table.shape
     ends, tolerances = 2, thrust_map.tolerances
     members = {
@@ -148,11 +174,11 @@ def map_source(thrust_map: ThrustMap) -> dict[str, bytes]:
         "paths": paths,
         "deflections": deflections,
         "speeds": numbers - ends,
-        "density": "density",
-        "gamma": "gamma",
-        "deflection": "deflection",
-        "reach": "reach",
-        "table": "table",
+        "density": "map_density",
+        "gamma": "map_gamma",
+        "deflection": "map_deflection",
+        "reach": "map_reach",
+        "table": "map_table",
         "full_thrust": thrust_map.full_thrust_lbf,
         "tolerance": tolerances.thrust_lbf,
         "tolerance_deviations": tolerances.thrust_deviations,
@@ -161,16 +187,22 @@ def map_source(thrust_map: ThrustMap) -> dict[str, bytes]:
         "reach_tolerance": tolerances.reach_deg,
     }
     arrays = (
-        _array("double", "density", thrust_map.density_ratio),
-        _array("double", "gamma", thrust_map.gamma_deg),
-        _array("double", "deflection", thrust_map.deflection_deg),
-        _array("double", "reach", thrust_map.reach),
-        _array("float", "table", thrust_map.table, "f"),
+        _array("static const double", "map_density", thrust_map.density_ratio),
+        _array("static const double", "map_gamma", thrust_map.gamma_deg),
+        _array("static const double", "map_deflection", thrust_map.deflection_deg),
+        _array("static const double", "map_reach", thrust_map.reach),
+        _array("static const float", "map_table", thrust_map.table, "f"),
+        _array("const double", "map_margins", thrust_map.margins()),
     )
     given = "".join(f"    .{name} = {value},\n" for name, value in members.items())
     header = (
         "/* The thrust map. */\n#ifndef MAP_H\n#define MAP_H\n\n"
-        '#include "thrust_map.h"\n\nextern const gtm_thrust_map map;\n\n#endif\n'
+        '#include "thrust_map.h"\n\nextern const gtm_thrust_map map;\n'
+        "extern const double map_margins[GTM_MAP_GROUPS * GTM_MAP_ENDS]; /* as in gtm_map_safe_ends */\n\n#endif\n"
     )
-    source = '#include "map.h"\n\n' + "\n".join(arrays) + f"\nconst gtm_thrust_map map = {{\n{given}}};\n"
+    source = (
+        '#include "map.h"\n\n#include <math.h>\n\n'
+        + "\n".join(arrays)
+        + f"\nconst gtm_thrust_map map = {{\n{given}}};\n"
+    )
     return {"map.h": header.encode(), "map.c": source.encode()}

@@ -1,4 +1,5 @@
-/* V_min and V_max of a flight condition with a failed control, by its thrust map, and how far a speed is inside. */
+/* V_min and V_max of a flight condition with a failed control, by its thrust map, how far a speed is inside, and speeds
+   that are safe to use. */
 #include <math.h>
 #include <string.h>
 
@@ -44,5 +45,10 @@ int model_outputs(const double x[], const double u[], const double values[], dou
     y[OUT(MARGIN_SLOW)] = u[IN(TAS)] - found.v_min;
     y[OUT(MARGIN_FAST)] = found.v_max - u[IN(TAS)];
     y[OUT(FOLD)] = found.is_fold;
+    gtm_safe_ends safe = {INFINITY, -INFINITY};
+    if (y[OUT(IN_DOMAIN)]) gtm_map_safe_ends(&map, map_margins, 1, asked, &found, &safe);
+    y[OUT(FEASIBLE_SAFE)] = isfinite(safe.v_min);
+    y[OUT(V_MIN_SAFE)] = y[OUT(FEASIBLE_SAFE)] ? safe.v_min : model_unknown_std_kt[0];
+    y[OUT(V_MAX_SAFE)] = y[OUT(FEASIBLE_SAFE)] ? safe.v_max : 0;
     return 0;
 }

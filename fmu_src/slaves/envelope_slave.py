@@ -15,6 +15,9 @@ class Found(NamedTuple):
     in_domain: bool
     fold: bool | None = None
     """Where a model tells folds."""
+    safe: list[float] | None = None
+    """v_min_safe and v_max_safe, where a model promises speeds."""
+    feasible_safe: bool | None = None
 
 
 def is_inside(values: list[float], ranges: list[tuple[float, float]]) -> bool:
@@ -69,6 +72,11 @@ class EnvelopeSlave(TableSlave):
         values[place["feasible"]], values[place["in_domain"]] = float(found.feasible), float(found.in_domain)
         if found.fold is not None:
             values[place["fold"]] = float(found.fold)
+        if found.safe is not None:
+            values[self.group("safe")] = [
+                *map(mul, found.safe, scales[self.group("safe")]),
+                float(found.feasible_safe or 0),
+            ]
         values[place["margin.slow"]], values[place["margin.fast"]] = margins
         return None
 

@@ -4,6 +4,10 @@ import ctypes
 
 RESULTS = ("v_min", "v_max", "v_min_std", "v_max_std", "spare_thrust", "is_fold")
 """Numbers of ``gtm_map_envelope``."""
+GROUPS = ("jams", "ranges", "jams at folds", "ranges at folds")
+"""Cases whose errors differ, in the order of ``gtm_map_groups``."""
+SAFE_ENDS = ("v_min", "v_max")
+"""Numbers of ``gtm_safe_ends``."""
 
 
 class CoreMap(ctypes.Structure):

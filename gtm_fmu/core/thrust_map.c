@@ -336,3 +336,29 @@ void gtm_map_envelopes(const gtm_thrust_map *map, long n, const double *cases, g
 {
     for (long i = 0; i < n; i++) found[i] = envelope_of(map, cases + 4 * i);
 }
+
+static long group_of(const gtm_thrust_map *map, const double *given, const gtm_map_envelope *found)
+{
+    if (!(found->spare_thrust >= map->tolerance)) return -1;
+    return (given[3] > given[2]) + 2 * (found->is_fold > 0);
+}
+
+void gtm_map_groups(const gtm_thrust_map *map, long n, const double *cases, const gtm_map_envelope *found, long *group)
+{
+    for (long i = 0; i < n; i++) group[i] = group_of(map, cases + 4 * i, &found[i]);
+}
+
+void gtm_map_safe_ends(const gtm_thrust_map *map, const double *margins, long n, const double *cases,
+                       const gtm_map_envelope *found, gtm_safe_ends *safe)
+{
+    for (long i = 0; i < n; i++) {
+        const long group = group_of(map, cases + 4 * i, &found[i]);
+        safe[i] = (gtm_safe_ends){INFINITY, -INFINITY};
+        if (group < 0) continue;
+        const double *margin = margins + GTM_MAP_ENDS * group;
+        if (!isfinite(margin[0]) || !isfinite(margin[1])) continue;
+        const double v_min = found[i].v_min + margin[0] * found[i].v_min_std;
+        const double v_max = found[i].v_max - margin[1] * found[i].v_max_std;
+        if (v_min <= v_max) safe[i] = (gtm_safe_ends){v_min, v_max};
+    }
+}

@@ -40,4 +40,20 @@ typedef struct {
    numbers, the lower limit not above the upper one, both from the first to the last deflection. */
 GTM_API void gtm_map_envelopes(const gtm_thrust_map *map, long n, const double *cases, gtm_map_envelope *found);
 
+enum { GTM_MAP_GROUPS = 4, GTM_MAP_ENDS = 2 };
+
+typedef struct {
+    double v_min, v_max; /* true airspeed in kn; infinity and -infinity where nothing is promised */
+} gtm_safe_ends;
+
+/* The groups of n cases: bit 0 a range of the control, bit 1 a fold; -1 where the thrust to spare is within the
+   tolerance, so that it is in doubt whether there is an envelope at all. */
+GTM_API void gtm_map_groups(const gtm_thrust_map *map, long n, const double *cases, const gtm_map_envelope *found,
+                            long *group);
+
+/* Ends of n envelopes that `gtm_map_envelopes` found, moved inwards by the margins of their groups, in standard
+   deviations: [group][V_min, V_max], infinite where nothing can be promised. */
+GTM_API void gtm_map_safe_ends(const gtm_thrust_map *map, const double *margins, long n, const double *cases,
+                               const gtm_map_envelope *found, gtm_safe_ends *safe);
+
 #endif

@@ -27,11 +27,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gtm_fmu import conformal
 from gtm_fmu.aircraft import ranges
 from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.aircraft.ranges import WIDEST, Range
 from gtm_fmu.core.library import address, library, rows
-from gtm_fmu.core.map_layout import RESULTS, CoreMap
+from gtm_fmu.core.map_layout import GROUPS, RESULTS, SAFE_ENDS, CoreMap
+from gtm_fmu.envelopes.safe_margins import SafeMargins
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import write_whole
 
@@ -49,8 +51,12 @@ ARRAYS = (
 )
 """What a file holds beside its description, and reach_deg where not every deflection has manoeuvres."""
 REACH = "reach_deg"
+SAFE = {"margins": "safe_margins", "cases": "safe_cases"}
+"""What a file of a calibrated map holds too: arrays of its `SafeMargins`."""
 _ARCHIVE = zipfile.BadZipFile, zlib.error, lzma.LZMAError, NotImplementedError, IndexError, AttributeError, struct.error
 """What reading a damaged archive may end in."""
+NO_MARGINS = np.full((len(GROUPS), len(SAFE_ENDS)), np.inf)
+"""Of a map that was not calibrated."""
 
 
 class Tolerances(NamedTuple):
@@ -115,6 +121,10 @@ def first_of(envelopes: NamedTuple) -> dict[str, Any]:
 class MapEnvelopes(NamedTuple):
     """Envelopes (n) by a map; without one the speeds and their standard deviations are NaN.
 
+    The safe speeds are promised for one new case of the distribution that the map was calibrated on (its
+    ``provenance["safe"]`` tells which), by `safe_margins`, each with a probability of at least 1 - epsilon. What lies
+    between them may still have gaps, as near the ceiling.
+
     Attributes:
         feasible: there is an envelope.
         in_domain: altitude and flight path lie inside the map. Outside, the map goes on by its polynomials, and nobody
@@ -122,6 +132,10 @@ class MapEnvelopes(NamedTuple):
         fold: a small change of thrust makes an end jump, or the envelope begin or cease to exist: solve exactly here.
         spare_thrust_lbf: thrust left where the least is needed, at the tabulated deflections and both limits; below
             zero there is no envelope; NaN where no thrust is enough.
+        v_min_safe_kt: not below the exact V_min. NaN where nothing is promised: without an envelope or with one in
+            doubt, outside the map, where the calibration is too small, and everywhere if there was none.
+        v_max_safe_kt: not above the exact V_max.
+        feasible_safe: there are safe speeds, and so an envelope.
     """
 
     v_min_kt: np.ndarray
@@ -132,6 +146,9 @@ class MapEnvelopes(NamedTuple):
     in_domain: np.ndarray
     fold: np.ndarray
     spare_thrust_lbf: np.ndarray
+    v_min_safe_kt: np.ndarray
+    v_max_safe_kt: np.ndarray
+    feasible_safe: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +167,7 @@ class ThrustMap:
         provenance: how the map came about and its measured errors: anything that JSON can hold.
         reach_deg: (k, l, 2) least and greatest deflection with any manoeuvre at any thrust, as of an elevator, which
             sets alpha; the m deflections lie between them in the same proportions. None: the first and the last.
+        safe: margins of a calibration, which belong to this map and no other. None: the map promises nothing.
 
     Raises:
         InputError: arrays that do not fit together, or numbers that no map can hold.
@@ -165,6 +183,7 @@ class ThrustMap:
     tolerances: Tolerances = field(default_factory=Tolerances)
     provenance: dict[str, Any] = field(default_factory=dict)
     reach_deg: np.ndarray | None = None
+    safe: SafeMargins | None = None
 
     def __post_init__(self) -> None:
         """Hold the arrays unchangeable, in the types of the core."""
@@ -187,35 +206,78 @@ class ThrustMap:
         ends = self.deflection_deg[[0, -1]]
         return np.tile(ends, (*self.table.shape[:2], 1))
 
-    def predict(self, cases: ArrayLike) -> MapEnvelopes:
+    def predict(self, cases: ArrayLike, epsilon: float = conformal.EPSILON) -> MapEnvelopes:
         """Envelopes of cases (n, 4): altitude in ft, gamma in deg, lower and upper limit of the control in deg.
 
+        Args:
+            cases: as `checked_cases`.
+            epsilon: probability with which a safe speed may be wrong; between the levels of `safe_margins.EPSILONS`
+                the next stricter one is taken.
+
         Raises:
-            InputError: altitude, flight path or limits outside what is allowed.
+            InputError: altitude, flight path or limits outside what is allowed, or an epsilon that the calibration of
+                the map cannot carry.
         """
+        margins = self.margins(epsilon)
         cases = checked_cases(cases, self.control)
         altitude, gamma = cases[:, 0], cases[:, 1]
-        found = np.empty((len(cases), len(RESULTS)))
-        library().gtm_map_envelopes(
-            ctypes.byref(self._core()), ctypes.c_long(len(cases)), address(cases), address(found)
-        )
+        found, safe = self._found(cases), np.empty((len(cases), len(SAFE_ENDS)))
+        core, count = ctypes.byref(self._core()), ctypes.c_long(len(cases))
+        library().gtm_map_safe_ends(core, address(margins), count, address(cases), address(found), address(safe))
         feasible = found[:, 4] >= 0
         v_min, v_max, v_min_std, v_max_std = np.where(feasible[:, None], found[:, :4], np.nan).T
         inside = (self.altitude_ft[0] <= altitude) & (altitude <= self.altitude_ft[1])
         inside &= (self.gamma_deg.min() <= gamma) & (gamma <= self.gamma_deg.max())
         v_min_std, v_max_std = (np.where(inside, std, np.nan) for std in (v_min_std, v_max_std))
         spare = np.where(np.isfinite(found[:, 4]), found[:, 4], np.nan)
+        is_safe = inside & np.isfinite(safe).all(axis=1)
+        v_min_safe, v_max_safe = np.where(is_safe, safe.T, np.nan)
         return MapEnvelopes(
-            v_min, v_max, v_min_std, v_max_std, feasible, inside, fold=found[:, 5] > 0, spare_thrust_lbf=spare
+            *(v_min, v_max, v_min_std, v_max_std, feasible, inside),
+            fold=found[:, 5] > 0,
+            spare_thrust_lbf=spare,
+            v_min_safe_kt=v_min_safe,
+            v_max_safe_kt=v_max_safe,
+            feasible_safe=is_safe,
         )
 
-    def predict_one(self, altitude_ft: float, gamma_deg: float, limits_deg: Range) -> dict[str, Any]:
+    def predict_one(
+        self, altitude_ft: float, gamma_deg: float, limits_deg: Range, epsilon: float = conformal.EPSILON
+    ) -> dict[str, Any]:
         """The same for one case, by the names of `MapEnvelopes` and ready for JSON: None where there is no speed.
 
         Raises:
             InputError: as `predict`.
         """
-        return first_of(self.predict([checked_case(altitude_ft, gamma_deg, limits_deg, self.control)]))
+        return first_of(self.predict([checked_case(altitude_ft, gamma_deg, limits_deg, self.control)], epsilon))
+
+    def margins(self, epsilon: float = conformal.EPSILON) -> np.ndarray:
+        """Margins (groups, 2) of the safe V_min and V_max in standard deviations; infinite without a calibration.
+
+        Raises:
+            InputError: an epsilon that the calibration cannot carry.
+        """
+        conformal.least_cases(epsilon)
+        return NO_MARGINS if self.safe is None else self.safe.at(epsilon)
+
+    def groups(self, cases: ArrayLike) -> np.ndarray:
+        """Number (n) in `map_layout.GROUPS` of each of the cases (n, 4); -1 where nothing is promised.
+
+        Raises:
+            InputError: as `predict`.
+        """
+        cases = checked_cases(cases, self.control)
+        found, group = self._found(cases), np.empty(len(cases), dtype=ctypes.c_long)
+        core, count = ctypes.byref(self._core()), ctypes.c_long(len(cases))
+        library().gtm_map_groups(core, count, address(cases), address(found), address(group))
+        return group
+
+    def _found(self, cases: np.ndarray) -> np.ndarray:
+        """The core's results (n, `RESULTS`) of checked cases."""
+        found = np.empty((len(cases), len(RESULTS)))
+        core, count = ctypes.byref(self._core()), ctypes.c_long(len(cases))
+        library().gtm_map_envelopes(core, count, address(cases), address(found))
+        return found
 
     def _core(self) -> CoreMap:
         arrays = (self.density_ratio, self.gamma_deg, self.deflection_deg, self.reach, self.table)
@@ -232,6 +294,7 @@ class ThrustMap:
         described = {"format": FORMAT, "control": self.control, "provenance": self.provenance}
         arrays = {name: np.asarray(getattr(self, name)) for name in ARRAYS}
         arrays |= {} if self.reach_deg is None else {REACH: self.reach_deg}
+        arrays |= {} if self.safe is None else {name: getattr(self.safe, part) for part, name in SAFE.items()}
         text = json.dumps(described | {"checksum": _checksum(described, arrays)}, sort_keys=True, allow_nan=False)
 
         def write(draft: Path) -> None:
@@ -255,11 +318,13 @@ class ThrustMap:
                 raise ValueError(f"it says that it holds {declared:.3g} bytes, {MOST_BYTES:.3g} at most are read")
             with np.load(path, allow_pickle=False) as content:
                 described = json.loads(str(content["described"]))
-                arrays = {name: content[name] for name in (*ARRAYS, *({REACH} & set(content)))}
+                further = {REACH, *SAFE.values()} & set(content)
+                arrays = {name: content[name] for name in (*ARRAYS, *further)}
             if described["format"] != FORMAT:
                 raise ValueError(f"its format is {described['format']!r}, {FORMAT!r} is read")
             if described.pop("checksum") != _checksum(described, arrays):
                 raise ValueError("its checksum does not match its content")
+            held = {part: arrays.pop(name) for part, name in SAFE.items() if name in arrays}
             lowest, highest = arrays.pop("altitude_ft").tolist()
             full_thrust, tolerances = float(arrays.pop("full_thrust_lbf")), Tolerances(*arrays.pop("tolerances"))
             return cls(
@@ -269,6 +334,7 @@ class ThrustMap:
                 full_thrust_lbf=full_thrust,
                 tolerances=tolerances,
                 provenance=described["provenance"],
+                safe=SafeMargins(**held) if held else None,
             )
         except (OSError, ValueError, KeyError, TypeError, EOFError, MemoryError, RecursionError, *_ARCHIVE) as error:
             reason = error.strerror if isinstance(error, OSError) and error.strerror else error

@@ -98,6 +98,11 @@ COMMANDS = {
         "The package's thrust maps, solved anew.",
         ("thrust-map --output build/rudder_thrust_map.npz",),
     ),
+    "calibrate": Listed(
+        "calibrate.calibrate",
+        "Margins that make a thrust map's speeds safe.",
+        ("calibrate aileron --cases 20000 --draws 300000 --output build/aileron_thrust_map.npz",),
+    ),
     "doctor": Listed("doctor.doctor", "What is here, and what a missing part needs.", ("doctor --json",)),
 }
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -100,6 +101,9 @@ def predict(
     at: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="An input of MODEL; for each one.")] = None,
     data: Annotated[Path | None, typer.Option(help="Table of cases, in the place of one case.")] = None,
     output: Annotated[Path | None, typer.Option(help="Table for its outputs: .csv or .parquet.")] = None,
+    epsilon: Annotated[
+        float | None, typer.Option(help="Probability with which a safe speed may be wrong; default 0.001.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
     """Lowest and highest speed that a failed control leaves, by its thrust map; or the outputs of a model of your own.
@@ -110,6 +114,8 @@ def predict(
     """
     from gtm_fmu.files import check_kept
 
+    if epsilon is not None and (model_file is not None or model == TRIM_MAP):
+        raise InputError("--epsilon is for a thrust map; a model of your own has that of its training: leave it out.")
     given = {"rudder": rudder_deg, "aileron": aileron_deg, "elevator": elevator_deg}
     limits = {control: ends for control, ends in given.items() if ends is not None}
     condition = any(value is not None for value in (altitude_ft, gamma_deg, *limits.values()))
@@ -132,7 +138,7 @@ def predict(
         return _ask_trim_map((altitude_ft or 0.0, gamma_deg or 0.0), limits, data, output, as_json)
     control = next(iter(limits), None)
     name = model or (DEFAULT if control in (None, "rudder") else control)
-    _ask_surrogate(name, (altitude_ft or 0.0, gamma_deg or 0.0), limits, data, output, as_json)
+    _ask_surrogate(name, (altitude_ft or 0.0, gamma_deg or 0.0), limits, data, output, epsilon, as_json)
 
 
 def _ask_own(model: Any, at: list[str], data: Path | None, output: Path | None, as_json: bool) -> None:
@@ -152,25 +158,33 @@ def _ask_surrogate(
     limits: Mapping[str, Pair],
     data: Path | None,
     output: Path | None,
+    epsilon: float | None,
     as_json: bool,
 ) -> None:
-    """By a surrogate of a failed control, with what is known of its errors."""
+    """By a surrogate of a failed control, with what is known of its errors, and what it promises."""
     from gtm_fmu.aircraft.ranges import WIDEST
     from gtm_fmu.envelopes.thrust_map import ThrustMap
     from gtm_study.commands.printing import show
-    from surrogate.rudder.surrogates import load_surrogate, measured_errors
+    from surrogate.rudder.surrogates import load_surrogate, measured_errors, promise
 
     surrogate = load_surrogate(name, control=None)
-    control = surrogate.control if isinstance(surrogate, ThrustMap) else "rudder"
+    control, asked, promised = "rudder", {}, {}
+    if isinstance(surrogate, ThrustMap):
+        control, asked = surrogate.control, {} if epsilon is None else {"epsilon": epsilon}
+        promised = {"promise": promise(surrogate, **asked)}
+    elif epsilon is not None:
+        raise InputError(f"--epsilon is for a thrust map, but '{name}' promises nothing: leave it out.")
     if limits.keys() - {control}:
         other = f"'{name}' is of a failed {control}, but --{next(iter(limits))}-deg was given"
         raise InputError(f"{other}: give --{control}-deg.")
     if data is None or output is None:
         ends = limits.get(control, WIDEST[f"{control}_deg"])
-        facts: dict[str, Any] = surrogate.predict_one(*condition, ends)
+        facts: dict[str, Any] = surrogate.predict_one(*condition, ends, **asked)
     else:
-        facts = {"output": str(output), "rows": _envelopes_of_table(surrogate, control, data, output)}
-    show({"model": name, **facts, "measured": measured_errors(surrogate)}, as_json, f"Envelope by {name}")
+        rows = _envelopes_of_table(partial(surrogate.predict, **asked), control, data, output)
+        facts = {"output": str(output), "rows": rows}
+    about = promised | {"measured": measured_errors(surrogate)}
+    show({"model": name, **facts, **about}, as_json, f"Envelope by {name}")
 
 
 def _ask_trim_map(
@@ -194,12 +208,12 @@ def _ask_trim_map(
     show({"model": TRIM_MAP, **facts}, as_json, "Envelope by the trim map")
 
 
-def _envelopes_of_table(surrogate: Any, control: str, data: Path, output: Path) -> int:
+def _envelopes_of_table(predict: Callable[..., Any], control: str, data: Path, output: Path) -> int:
     from surrogate import Variable
     from surrogate.rudder.emulator import INPUTS
 
     inputs = [Variable(name.replace("rudder", control), unit) for name, unit in INPUTS]
-    return _predict_table(inputs, lambda X: surrogate.predict(X)._asdict(), data, output)
+    return _predict_table(inputs, lambda X: predict(X)._asdict(), data, output)
 
 
 def _predict_table(inputs: Sequence[Any], results: Callable[[Any], dict[str, Any]], data: Path, output: Path) -> int:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from gtm_fmu.conformal import EPSILON
 from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, THRUST_MAPS, ThrustMap
 from gtm_fmu.errors import InputError
 from surrogate.rudder.emulator import NETWORK, PAPER, SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
@@ -66,4 +67,21 @@ def measured_errors(surrogate: ThrustMap | RudderEmulator) -> str | None:
         f"In {whole['cases']} random cases off the lattice 95 % of its errors were below "
         f"{whole['percentile_95_kt']:.2f} kn, the largest {whole['largest_kt']:.1f} kn{inside}; whether there is an "
         f"envelope was right in {whole['same_verdict']:.2%}."
+    )
+
+
+def promise(thrust_map: ThrustMap, epsilon: float = EPSILON) -> str:
+    """What the safe speeds of a map promise, in a few sentences.
+
+    Raises:
+        InputError: an epsilon that its calibration cannot carry.
+    """
+    thrust_map.margins(epsilon)
+    if thrust_map.safe is None:
+        return "This map was not calibrated and promises nothing; `gtm-fmu calibrate` does that."
+    cases = thrust_map.safe.cases.sum()
+    return (
+        f"v_min_safe_kt is not below the exact V_min, and v_max_safe_kt not above the exact V_max, each with a "
+        f"probability of at least {1 - epsilon:.5g} over the {cases} exact cases that set the margins and one more of "
+        f"the same distribution: random ones of the whole map, by jams and ranges, at folds and elsewhere."
     )

@@ -13,9 +13,11 @@ static void *run(void *nothing)
 {
     double given[4];
     gtm_map_envelope found;
+    gtm_safe_ends safe;
     feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
     while (scanf("%lf %lf %lf %lf", given, given + 1, given + 2, given + 3) == 4) {
         gtm_map_envelopes(&map, 1, given, &found);
+        gtm_map_safe_ends(&map, map_margins, 1, given, &found, &safe);
         printf("%.17g\n", found.v_max);
     }
     return nothing;

@@ -22,8 +22,8 @@ from tests.fmu_src.native_session import DISCARD, ERROR, OK
 
 pytestmark = pytest.mark.slow
 
-SPEEDS = ("v_min", "v_max", "v_min_std", "v_max_std", "margin.slow", "margin.fast")
-FLAGS = ("feasible", "in_domain", "fold")
+SPEEDS = ("v_min", "v_max", "v_min_std", "v_max_std", "margin.slow", "margin.fast", "v_min_safe", "v_max_safe")
+FLAGS = ("feasible", "in_domain", "fold", "feasible_safe")
 SI = np.array([0.3048, *[math.pi / 180] * 3])
 KN = 0.3048 / 0.592487  # SPEC 1
 TAS_KT = 90.0
@@ -60,14 +60,21 @@ def asked(session, case) -> tuple[int, np.ndarray, list[bool]]:
     return status, np.array(speeds) / KN, session.get_flags(*FLAGS)
 
 
+def told(expected) -> np.ndarray:
+    """Speeds (n, 6) in kn that an FMU tells: those of the case, their deviations, and the safe ones."""
+    speeds = np.nan_to_num(np.column_stack(expected[:4]))
+    speeds[expected.feasible & ~expected.in_domain, 2:] = 1000.0  # kn, where nobody knows
+    v_min, v_max = np.nan_to_num(expected.v_min_safe_kt, nan=1000.0), np.nan_to_num(expected.v_max_safe_kt)
+    return np.column_stack([speeds, v_min, v_max])  # where nothing is promised no speed is safe
+
+
 @pytest.mark.parametrize("kind", ["cs", "me"])
 def test_values_are_those_of_the_map(start, kind, cases):
     session = start(kind)
     if kind == "me":
         session.call("EnterContinuousTimeMode")
     expected = ThrustMap.load().predict(cases / SI)
-    speeds = np.nan_to_num(np.column_stack(expected[:4]))
-    speeds[expected.feasible & ~expected.in_domain, 2:] = 1000.0  # kn, where nobody knows
+    speeds = told(expected)
     flags = np.column_stack([getattr(expected, name) for name in FLAGS])
     assert {tuple(row) for row in flags[:, :2]} == {(a, b) for a in (False, True) for b in (False, True)}
     assert flags[:, 2].sum() > 5
@@ -76,7 +83,7 @@ def test_values_are_those_of_the_map(start, kind, cases):
             assert session.step(0.1 * k, 0.1) == OK
         status, got, got_flags = asked(session, case)
         assert status == OK
-        wanted = [*speeds[k], TAS_KT - speeds[k, 0], speeds[k, 1] - TAS_KT]
+        wanted = [*speeds[k, :4], TAS_KT - speeds[k, 0], speeds[k, 1] - TAS_KT, *speeds[k, 4:]]
         np.testing.assert_allclose(got, wanted, rtol=1e-12, atol=1e-12)
         assert got_flags == flags[k].tolist()
 
@@ -84,15 +91,15 @@ def test_values_are_those_of_the_map(start, kind, cases):
 def test_gtm_surrogate_carries_the_map(built, cases):
     """GtmSurrogate by default, in Python and in C: the interface with fold, the values of the map."""
     expected = ThrustMap.load().predict(cases[:60] / SI)
-    wanted = np.nan_to_num(np.column_stack(expected[:4]))
-    wanted[expected.feasible & ~expected.in_domain, 2:] = 1000.0
+    wanted = told(expected)
     for name, model in (("surrogate", "GtmSurrogate"), ("surrogate-native", "GtmSurrogateNative")):
         path = build(name, built("thrust-map-native").parent / "default")
         assert fmpy.read_model_description(path).modelName == model
         with FmuClient(path) as fmu:
             for k, case in enumerate(cases[:60]):
                 fmu.set(("altitude", "gamma", "rudder.lower", "rudder.upper"), case)
-                np.testing.assert_allclose(fmu.get(SPEEDS[:4]) / KN, wanted[k], rtol=1e-12, atol=1e-12)
+                asked = fmu.get((*SPEEDS[:4], *SPEEDS[6:])) / KN
+                np.testing.assert_allclose(asked, wanted[k], rtol=1e-12, atol=1e-12)
                 for flag in FLAGS:
                     assert fmu.get_boolean(flag) == getattr(expected, flag)[k]
 
@@ -195,14 +202,16 @@ def test_maps_of_other_controls(control, tmp_path):
     cases[::3, 3] = cases[::3, 2]
     cases[1, 2:] = (widest,) * 2
     expected = shipped.predict(cases)
-    wanted = np.nan_to_num(np.column_stack(expected[:4]))
+    wanted = told(expected)
     names = ("altitude", "gamma", f"limits.{control}.lower", f"limits.{control}.upper")
     with FmuClient(path) as fmu:
         for k, case in enumerate(cases * SI):
             fmu.set(names, case)
-            np.testing.assert_allclose(fmu.get(SPEEDS[:4]) / KN, wanted[k], rtol=1e-12, atol=1e-12)
+            asked = fmu.get((*SPEEDS[:4], *SPEEDS[6:])) / KN
+            np.testing.assert_allclose(asked, wanted[k], rtol=1e-12, atol=1e-12)
             assert fmu.get_boolean("feasible") == expected.feasible[k]
             assert fmu.get_boolean("fold") == expected.fold[k]
+            assert fmu.get_boolean("feasible_safe") == expected.feasible_safe[k]
         fmu.set(names, (1000.0, 0.0, 0.1, 0.0))
         with pytest.raises(Exception, match=f"limits.{control}.lower is above limits.{control}.upper"):
             fmu.get(SPEEDS)

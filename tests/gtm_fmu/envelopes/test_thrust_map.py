@@ -297,7 +297,8 @@ def test_maps_of_other_controls(control, limits):
 def test_one_case(rudder):
     found = rudder.predict_one(10000.0, 0.0, (-10.0, 20.0))
     many = rudder.predict([[10000.0, 0.0, -10.0, 20.0]])
-    assert json.loads(json.dumps(found)) == {name: column[0] for name, column in many._asdict().items()}
+    plain = {name: column[0] for name, column in many._asdict().items()}
+    assert json.loads(json.dumps(found)) == {name: value if value == value else None for name, value in plain.items()}
     without = rudder.predict_one(30000.0, 5.0, (25.0, 30.0))
     assert (without["feasible"], without["v_min_kt"], without["v_max_std_kt"]) == (False, None, None)
     assert without["spare_thrust_lbf"] < 0

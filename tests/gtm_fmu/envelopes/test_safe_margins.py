@@ -1,0 +1,174 @@
+"""Safe speeds of a thrust map: margins by hand, where nothing is promised, and the promise on known errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gtm_fmu.core.map_layout import GROUPS
+from gtm_fmu.datasets import calibration
+from gtm_fmu.envelopes.safe_margins import EPSILONS, SafeMargins
+from gtm_fmu.envelopes.thrust_map import ThrustMap
+from gtm_fmu.errors import InputError
+
+LEVEL = EPSILONS.index(0.001)
+JAM, RANGE, FOLDED_JAM, FOLDED_RANGE = range(len(GROUPS))
+CASES = np.array([[10000.0, 0.0, 7.0, 7.0], [10000.0, 0.0, -5.0, 12.0], [20000.0, -3.0, -30.0, 30.0]])
+
+
+@pytest.fixture(scope="module")
+def plain() -> ThrustMap:
+    """The rudder's with every twelfth deflection and every fourth speed, which is quick; not calibrated."""
+    shipped = ThrustMap.load()
+    table = shipped.table[:, :, ::12][..., [0, 1, *range(2, shipped.table.shape[-1], 4)]]
+    return replace(shipped, deflection_deg=shipped.deflection_deg[::12], table=table, safe=None)
+
+
+def with_margins(thrust_map: ThrustMap, margins) -> ThrustMap:
+    """With the same margins (groups, 2) at all levels."""
+    cases = [100_000] * len(GROUPS)
+    return replace(thrust_map, safe=SafeMargins(np.tile(margins, (len(EPSILONS), 1, 1)), cases))
+
+
+def folds(thrust_map: ThrustMap) -> np.ndarray:
+    """Cases at folds of the map (n, 4)."""
+    cases = calibration.draw(thrust_map, 1, 20_000, seed=5)
+    return cases[thrust_map.predict(cases).fold]
+
+
+def test_margins_are_the_largest_scores_but_a_few():
+    """Of 1999 scores k/1000 - 1 the second largest at 0.001, the largest at 0.0005; fewer carry no stricter level."""
+    scores = np.random.default_rng(0).permutation(1999) / 1000 - 1
+    found = SafeMargins.of_scores(np.column_stack([scores, -scores]), np.zeros(1999, dtype=int))
+    assert found.cases.tolist() == [1999, 0, 0, 0]
+    assert found.margins[LEVEL, JAM] == pytest.approx([0.997, 0.999])
+    assert found.margins[LEVEL + 1, JAM] == pytest.approx([0.998, 1.0])
+    assert np.isinf(found.margins[LEVEL + 2 :, JAM]).all()
+    assert np.isinf(found.margins[:, RANGE:]).all()
+
+
+def test_margins_are_never_negative():
+    """A prediction that errs on the safe side only is not moved outwards."""
+    assert SafeMargins.of_scores(np.full((100, 2), -3.0), np.zeros(100, dtype=int)).margins[0, JAM].tolist() == [0, 0]
+
+
+def test_ends_move_inwards_by_deviations(plain):
+    margins = np.array([[3.0, 2.0], [1.0, 4.0], [0.5, 0.25], [0.125, 0.75]])
+    cases = np.concatenate([CASES, folds(plain)])
+    group = plain.groups(cases)
+    assert group[:3].tolist() == [JAM, RANGE, RANGE]
+    assert {FOLDED_JAM, FOLDED_RANGE, -1} <= set(group.tolist())
+    found = with_margins(plain, margins).predict(cases)
+    v_min = found.v_min_kt + margins[group, 0] * found.v_min_std_kt
+    v_max = found.v_max_kt - margins[group, 1] * found.v_max_std_kt
+    promised = (group >= 0) & (v_min <= v_max)
+    assert found.feasible_safe.tolist() == promised.tolist()
+    np.testing.assert_allclose(found.v_min_safe_kt, np.where(promised, v_min, np.nan), rtol=1e-14)
+    np.testing.assert_allclose(found.v_max_safe_kt, np.where(promised, v_max, np.nan), rtol=1e-14)
+
+
+def test_where_nothing_is_promised(plain):
+    """With too little thrust to spare, outside the map, with margins that meet, or none."""
+    nothing = with_margins(plain, np.zeros((4, 2)))
+    edges = folds(plain)
+    spare = plain.predict(edges).spare_thrust_lbf
+    doubtful = edges[(spare >= 0) & (spare < plain.tolerances.thrust_lbf)]
+    assert len(doubtful) > 3
+    assert plain.predict(doubtful).feasible.all()
+    outside = np.array([[10000.0, 7.0, 0.0, 0.0]])
+    for thrust_map, cases in (
+        (nothing, np.concatenate([doubtful, outside])),
+        (with_margins(plain, np.full((4, 2), 1e6)), CASES),
+        (plain, CASES),
+    ):
+        found = thrust_map.predict(cases)
+        assert found.feasible.all()
+        assert not found.feasible_safe.any()
+        assert np.isnan([found.v_min_safe_kt, found.v_max_safe_kt]).all()
+    assert nothing.predict(CASES).feasible_safe.all()
+
+
+def test_epsilon(plain):
+    """Between two levels the stricter one; what the calibration cannot carry is refused with what it would need."""
+    margins = np.arange(1.0, len(EPSILONS) + 1)[:, None, None] * np.ones((len(GROUPS), 2))
+    safe = replace(plain, safe=SafeMargins(margins, [5000, 4000, 10, 0]))
+    assert [safe.margins(epsilon)[0, 0] for epsilon in (0.2, 0.1, 0.09, 0.001, 0.0009)] == [1, 1, 2, 7, 8]
+    assert safe.predict_one(10000.0, 0.0, (7.0, 7.0))["v_min_safe_kt"] == pytest.approx(
+        safe.predict(CASES[:1], 0.001).v_min_safe_kt[0], abs=0
+    )
+    for epsilon, needed in ((0.0001, 9999), (0.00001, 99999)):
+        with pytest.raises(InputError, match=rf"needs {needed} calibration cases a group.* has 5000"):
+            safe.predict(CASES, epsilon)
+    for thrust_map in (safe, plain):
+        with pytest.raises(InputError, match="between 0 and 1"):
+            thrust_map.predict(CASES, 1.5)
+
+
+def test_a_file_holds_the_margins(plain, tmp_path):
+    margins = np.random.default_rng(0).uniform(0, 4, (len(EPSILONS), len(GROUPS), 2))
+    margins[5:, FOLDED_JAM] = np.inf
+    safe = replace(plain, safe=SafeMargins(margins, [9, 8, 7, 6]))
+    again = ThrustMap.load(safe.save(tmp_path / "map.npz"))
+    assert again.safe is not None
+    assert np.array_equal(again.safe.margins, margins)
+    assert again.safe.cases.tolist() == [9, 8, 7, 6]
+    assert ThrustMap.load(plain.save(tmp_path / "plain.npz")).safe is None
+    for wrong in (-margins, margins[:, :3], margins * np.nan):
+        with pytest.raises(InputError, match="Safe margins have margins of the shape"):
+            SafeMargins(wrong, [9, 8, 7, 6])
+
+
+def test_draws_are_of_the_whole_map_and_more_of_them_at_folds(plain):
+    cases = calibration.draw(plain, 3000, 20_000, seed=5)
+    assert np.array_equal(cases[:3000], calibration.draw(plain, 3000, 0, seed=5))
+    fold = plain.predict(cases).fold
+    assert fold[3000:].all()
+    assert 5 < fold[:3000].sum() < len(cases) - 3000
+    altitude, gamma, lower, upper = cases[:3000].T
+    for values, ends in ((altitude, plain.altitude_ft), (gamma, (-5, 5)), (lower[lower == upper], (-30, 30))):
+        assert np.quantile(values, (0.0, 0.5, 1.0)) == pytest.approx(
+            [ends[0], sum(ends) / 2, ends[1]], abs=0.05 * np.ptp(ends)
+        )
+    assert abs((lower == upper).sum() - 1500) < 4 * np.sqrt(750)
+
+
+def made_up(thrust_map: ThrustMap, seed: int, share_without: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Cases of a map, and ends that err by heavy-tailed deviations; a share of those without a fold has none."""
+    cases = calibration.draw(thrust_map, 10_000, 0, seed)
+    found, rng = thrust_map.predict(cases), np.random.default_rng(seed)
+    noise = rng.standard_t(3, (len(cases), 2)) * np.column_stack([found.v_min_std_kt, found.v_max_std_kt])
+    ends = np.column_stack([found.v_min_kt, found.v_max_kt]) + noise
+    ends[rng.random(len(cases)) < share_without] = np.nan
+    return cases, ends
+
+
+@pytest.mark.slow
+def test_the_promise_holds_on_errors_of_any_kind(plain):
+    """Some 8000 new cases, Student's t with 3 degrees of freedom: broken by 0.1 % at most, within four deviations.
+
+    Without the margins 2.5 % of Student's t lie beyond 3.18 deviations (tables); the margins are those at 0.1 %, 10.2.
+    """
+    safe = calibration.calibrated(plain, *made_up(plain, 1), seed=1)
+    assert safe.safe is not None
+    assert safe.provenance[calibration.SAFE]["cases"]["jams"] == safe.safe.cases[JAM] > 2500
+    assert safe.safe.margins[LEVEL, :2] == pytest.approx(10.2, rel=0.5)
+    checked = calibration.check(safe, *made_up(plain, 2))
+    for group in GROUPS[:2]:
+        found = checked[group]
+        assert found["safe"] > 2500
+        assert found["no_envelope"] == 0
+        for end in ("v_min", "v_max"):
+            assert found[f"broken_{end}"] <= 0.001 * found["safe"] + 4 * np.sqrt(2 * 0.001 * found["safe"])
+            assert found[f"price_{end}_kt"] > 0
+
+
+@pytest.mark.slow
+def test_what_does_not_exist_is_a_broken_promise(plain):
+    """Where one case in a hundred has no envelope nothing is promised at 0.1 %, and something at 5 %."""
+    safe = calibration.calibrated(plain, *made_up(plain, 1, share_without=0.01))
+    assert not safe.predict(CASES).feasible_safe.any()
+    assert safe.predict(CASES, 0.05).feasible_safe.all()
+    checked = calibration.check(safe, *made_up(plain, 2, share_without=0.01), epsilon=0.05)["ranges"]
+    for name, share in (("no_envelope", 0.01), ("broken_v_min", 0.05)):
+        expected = share * checked["safe"]
+        assert abs(checked[name] - expected) < 4 * np.sqrt(2 * expected)  # both samples vary
