@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ROOMS = (
-    ("gtm_fmu.errors", "gtm_fmu.files", "gtm_fmu.interrupt", "gtm_fmu.progress", "gtm_fmu.units"),
+    ("gtm_fmu.conformal", "gtm_fmu.errors", "gtm_fmu.files", "gtm_fmu.interrupt", "gtm_fmu.progress", "gtm_fmu.units"),
     ("gtm_fmu.airframe",),
     ("gtm_fmu.core",),
     ("gtm_fmu.aircraft",),
