@@ -11,11 +11,14 @@ import numpy as np
 from examples.path_planner.planner.costs import Margins
 from examples.path_planner.planner.field import CostToGo
 from examples.path_planner.planner.flight import fly
+from examples.path_planner.planner.glides import ENGINES_OUT, Glides, is_thrust_fixed
+from examples.path_planner.planner.landing import Descent, Footprint, path_to_a_runway
 from examples.path_planner.planner.plan import Measures, NoPathError, Plan, Segment
 from examples.path_planner.planner.primitives import Leg, Manoeuvre, Primitives
 from examples.path_planner.planner.scenario import COSTS, Goal, Pose, Scenario
 from examples.path_planner.planner.search import Search, State
-from examples.path_planner.planner.sources import EnvelopeSource, ExactFmus
+from examples.path_planner.planner.sources import EnvelopeSource, ExactFmus, MapFmu
+from gtm_fmu.errors import InputError
 from gtm_fmu.units import M_S_PER_KT
 
 _SEGMENT_FT = 500.0
@@ -41,14 +44,19 @@ def exact_fmus(folder: Path, scenario: Scenario) -> ExactFmus:
 
 
 def plan(
-    scenario: Scenario, source: EnvelopeSource, alternatives: bool = True, say: Callable[[str], None] | None = None
+    scenario: Scenario, source: ExactFmus | MapFmu, alternatives: bool = True, say: Callable[[str], None] | None = None
 ) -> Plan:
     """The path of least cost, and with ``alternatives`` those of every other cost.
+
+    To runways, where the scenario has no goal: with a thrust that cannot be chosen to the first one that a glide
+    reaches, and without alternatives; else to the one of least cost.
 
     Raises:
         NoPathError: nothing leads there.
     """
     check_start(scenario)
+    if scenario.goal is None and is_thrust_fixed(scenario.failure):
+        return _glide_to_a_runway(scenario, source)
     tas_kt = scenario.tas_kt or safest_speed(scenario, source)
     found = _plan_for(scenario, source, tas_kt, scenario.cost.of)
     if not alternatives:
@@ -60,6 +68,34 @@ def plan(
                 say(of)
             others.append(_plan_for(scenario, source, tas_kt, of))
     return replace(found, alternatives=tuple(others))
+
+
+def footprint(scenario: Scenario, source: ExactFmus) -> Footprint:
+    """What a glide reaches from the start; with engines that can be chosen, as if both were out.
+
+    Raises:
+        NoPathError: no straight glide, or no turns to both sides.
+    """
+    failure = scenario.failure if is_thrust_fixed(scenario.failure) else {**scenario.failure, **ENGINES_OUT}
+    glides = Glides(source, failure)
+    try:
+        return Descent(scenario, glides).footprint()
+    finally:
+        glides.close()
+
+
+def _glide_to_a_runway(scenario: Scenario, source: ExactFmus | MapFmu) -> Plan:
+    if not isinstance(source, ExactFmus):
+        raise InputError(f"{source.name} knows no glides; ask the exact FMUs.")
+    began, asked = time.perf_counter(), source.queries
+    glides = Glides(source, scenario.failure)
+    try:
+        runway, legs = path_to_a_runway(Descent(scenario, glides))
+        margins = Margins(source, scenario.failure, replace(scenario.cost, engine_out=False))
+        found = told(f"glide to {runway.name}", scenario, legs, glides, margins, sum(leg.duration_s for leg in legs))
+        return replace(found, seconds=time.perf_counter() - began, queries=glides.queries - asked)
+    finally:
+        glides.close()
 
 
 def check_start(scenario: Scenario) -> None:

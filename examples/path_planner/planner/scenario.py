@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from examples.path_planner.planner import terrain
 from examples.path_planner.planner.terrain import Terrain
 from examples.path_planner.planner.tracks import CALM, Wind
@@ -18,6 +20,7 @@ COSTS = ("time", "distance", "margin", "second failure")
 
 GAMMAS_DEG = (-9.0, -6.0, -3.0, 0.0, 3.0, 6.0, 9.0)
 NUMBER = (-1e7, 1e7)
+_BELOW_FT = 30.0
 _HEADING = (-360.0, 360.0)
 
 
@@ -191,7 +194,7 @@ def scenario(values: Mapping[str, Any], folder: Path, title: str) -> Scenario:
         clearance_ft=clearance_ft,
         gammas_deg=_gammas(file.values.pop("gammas_deg", GAMMAS_DEG)),
         reserve=file.number("reserve", 0.8, (0.1, 1.0)),
-        runways=tuple(_runway(_Table("runway", each)) for each in file.values.pop("runway", [])),
+        runways=tuple(_runway(_Table("runway", each), heights) for each in file.values.pop("runway", [])),
         cost=_cost(_Table("cost", file.values.pop("cost", {}))),
     )
     file.end()
@@ -251,14 +254,19 @@ def _wind(table: _Table) -> Wind:
     return Wind(-speed * math.cos(angle), -speed * math.sin(angle))
 
 
-def _runway(table: _Table) -> Runway:
-    runway = Runway(
-        table.text("name", None),
-        table.number("north_m"),
-        table.number("east_m"),
-        table.number("altitude_ft", allowed=ranges.ALTITUDE_FT),
-        table.number("heading_deg", allowed=_HEADING),
-    )
+def _runway(table: _Table, ground: Terrain) -> Runway:
+    """At the height of the ground unless an altitude is given, which is not below that."""
+    name, north_m, east_m = table.text("name", None), table.number("north_m"), table.number("east_m")
+    height_ft = float(ground.height(np.float64(north_m), np.float64(east_m)))
+    if math.isinf(height_ft):
+        raise InputError(f"Runway '{name}' lies outside the terrain; move it, or give a larger terrain.")
+    altitude_ft = table.number("altitude_ft", height_ft, ranges.ALTITUDE_FT)
+    if altitude_ft < height_ft - _BELOW_FT:
+        raise InputError(
+            f"Runway '{name}' at {altitude_ft:g} ft lies below the ground, which is at {height_ft:.0f} ft there; "
+            "leave altitude_ft out to take that."
+        )
+    runway = Runway(name, north_m, east_m, max(altitude_ft, height_ft), table.number("heading_deg", allowed=_HEADING))
     table.end()
     return runway
 

@@ -24,9 +24,14 @@ _SUFFIX = {"deg": "deg", "%": "pct", "lbf": "lbf"}
 
 @dataclass(frozen=True)
 class Answer:
-    """About one manoeuvre; trim and margins by name with the unit at the end, empty where there are none."""
+    """About one manoeuvre; trim and margins by name with the unit at the end, empty where there are none.
+
+    Attributes:
+        is_found: whether there are trim and margins, of the manoeuvre or of one that exceeds the limits least.
+    """
 
     feasible: bool
+    is_found: bool
     binding: str
     trim: Mapping[str, float]
     margins: Mapping[str, tuple[float, float]]
@@ -143,7 +148,7 @@ class ExactFmus:
         Raises:
             InputError: an FMU that does not load, or a failure that it does not know.
         """
-        self.name = "exact"
+        self.name, self._paths = "exact", (manoeuvre, envelope)
         self._fmu, self._envelope = FmuClient(manoeuvre), _Envelope(envelope)
         set_failure(self._fmu, failure)
         self._factors = display_factors(self._fmu.description)
@@ -156,6 +161,10 @@ class ExactFmus:
     def queries(self) -> int:
         """How many answers were asked for."""
         return self._asked + self._envelope.queries
+
+    def of(self, failure: Failure) -> "ExactFmus":
+        """The same FMUs after another failure."""
+        return ExactFmus(*self._paths, failure)
 
     def knows(self, failure: Failure) -> bool:
         """Every failure."""
@@ -192,7 +201,13 @@ class ExactFmus:
             _label(f"margin.{name}.lower", self._units): (told[f"margin.{name}.lower"], told[f"margin.{name}.upper"])
             for name in limited
         }
-        return Answer(self._fmu.get_boolean("feasible"), self._fmu.get_item("binding"), trim, margins)
+        return Answer(
+            self._fmu.get_boolean("feasible"),
+            self._fmu.get_boolean("found"),
+            self._fmu.get_item("binding"),
+            trim,
+            margins,
+        )
 
     def close(self) -> None:
         """Free both."""
@@ -261,7 +276,7 @@ class MapFmu:
 
     def answer(self, altitude_ft: float, gamma_deg: float, tas_kt: float, turn_rate_deg_s: float) -> Answer:
         """See `EnvelopeSource`."""
-        return Answer(self._is_feasible(altitude_ft, gamma_deg, tas_kt, turn_rate_deg_s), "none", {}, {})
+        return Answer(self._is_feasible(altitude_ft, gamma_deg, tas_kt, turn_rate_deg_s), False, "none", {}, {})
 
     def close(self) -> None:
         """Free it."""
