@@ -16,11 +16,14 @@ from typing import Any, NamedTuple
 
 from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.core import library_path
+from gtm_fmu.errors import InputError
 from gtm_fmu.files import writable_folder
 from gtm_study.files import write_text
 
 PACKAGES = ("gtm_fmu", "surrogate", "fmu_src", "sensitivity", "gtm_study")
 _ROOT = Path(__file__).parents[1]
+PARTS = "parts"
+"""The folder of the finished parts, by which that of a run is known."""
 _MADE = (".pyc", ".so", ".dll", ".dylib", ".o")
 
 
@@ -53,6 +56,19 @@ class Part(NamedTuple):
     seconds: float
 
 
+def run_folder(path: Path) -> Path:
+    """The folder of a long run, made when missing: a new or empty one, or that of an earlier run.
+
+    Raises:
+        InputError: it holds what is not of a run, or cannot be written.
+    """
+    with suppress(OSError):
+        if not (path / PARTS).is_dir() and any(path.iterdir()):
+            raise InputError(f"{path} holds files that are not of such a run; name a new or an empty folder.")
+    writable_folder(path / PARTS)
+    return path
+
+
 class Kept:
     """The kept parts of a run in a folder.
 
@@ -63,7 +79,7 @@ class Kept:
 
     def __init__(self, folder: Path, **facts: Any):
         self.folder = folder
-        self._parts = writable_folder(folder / "parts")
+        self._parts = writable_folder(folder / PARTS)
         self._facts = facts
 
     def key(self, name: str, facts: Mapping[str, Any]) -> str:

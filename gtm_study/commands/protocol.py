@@ -9,9 +9,9 @@ import typer
 from rich.console import Console
 
 from gtm_fmu.errors import InputError
-from gtm_fmu.files import writable_folder
 from gtm_fmu.progress import Advance
 from gtm_study.files import write_text
+from gtm_study.kept import run_folder
 from gtm_study.progress import stages
 from gtm_study.style import figure_style
 
@@ -39,7 +39,7 @@ def protocol(
     from gtm_study.paper.protocol import Protocol, run
     from gtm_study.paper.protocol_report import protocol_report, summary
 
-    folder = writable_folder(output)
+    folder = run_folder(output)
     with figure_style(), stages(Console(stderr=True)) as stage:
         with stage("Envelopes of the lattice") as advance:
             lattice = _lattice(folder / "envelopes.zarr", advance)

@@ -29,7 +29,9 @@ COLOURS = {
     "phi": style.ORANGE,
     "beta": style.SKY,
 }
-STABLE, UNSTABLE, REJECTED = "#d3e4f1", "#f7e7c6", "#9a9a9a"
+MARKERS = dict(zip(COLOURS, style.MARKERS, strict=True))
+"""In the colour of a limit along its strokes, for grey print."""
+STABLE, UNSTABLE, REJECTED = "#bcd9ee", "#fdf3dc", "#9a9a9a"
 _CELLS = {"stable": STABLE, "unstable, controllable": UNSTABLE, "unstable, uncontrollable: not in it": REJECTED}
 
 
@@ -38,6 +40,7 @@ class Stroke(NamedTuple):
 
     label: Label
     colour: str
+    marker: str
     is_second: bool
     turn_rate_deg_s: np.ndarray
     tas_kt: np.ndarray
@@ -50,16 +53,28 @@ def strokes(boundary: Boundary) -> Iterator[Stroke]:
             held = [name.split(".")[0] for name in piece.limits]
             controls = [name for name in COLOURS if any(name == each.partition("_")[0] for each in held)]
             for k, name in enumerate(controls[:2]):
-                yield Stroke(captions.quantity(name), COLOURS[name], k > 0, piece.turn_rate_deg_s, piece.tas_kt)
+                yield Stroke(
+                    captions.quantity(name), COLOURS[name], MARKERS[name], k > 0, piece.turn_rate_deg_s, piece.tas_kt
+                )
             if not controls:
                 label = Label("no limit", "no limit")
-                yield Stroke(label, style.GREY, False, piece.turn_rate_deg_s, piece.tas_kt)
+                yield Stroke(label, style.GREY, "", False, piece.turn_rate_deg_s, piece.tas_kt)
 
 
 def line_style(stroke: Stroke) -> dict[str, Any]:
     """How matplotlib draws a stroke."""
-    dashes: Any = (0, (2.5, 2.5)) if stroke.is_second else "-"
-    return {"color": stroke.colour, "linestyle": dashes, "lw": 2.4, "solid_capstyle": "butt", "dash_capstyle": "butt"}
+    return {
+        "color": stroke.colour,
+        "linestyle": (0, (2.5, 2.5)) if stroke.is_second else "-",
+        "lw": 2.4,
+        "solid_capstyle": "butt",
+        "dash_capstyle": "butt",
+        "marker": stroke.marker,
+        "ms": 6,
+        "mec": "white",
+        "mew": 0.6,
+        "markevery": (0.06 if stroke.is_second else 0.0, 0.12),
+    }
 
 
 def save_envelope(condition: FlightCondition, path: Path) -> None:

@@ -9,9 +9,8 @@ from typing import Any
 from rich.console import Console
 
 from gtm_fmu.errors import InputError
-from gtm_fmu.files import writable_folder
 from gtm_study.files import write_text
-from gtm_study.kept import Kept, Part
+from gtm_study.kept import Kept, Part, run_folder
 from gtm_study.paper.report import study_report
 from gtm_study.paper.stages import LEVELS, STAGES, USUAL_LEVEL, Run, Sizes, Stage
 from gtm_study.progress import stages
@@ -42,12 +41,13 @@ def run(
         after_stage: called at the start and after each stage with the run and all that is finished.
 
     Raises:
-        InputError: the folder cannot be written, there is no such level or stage, or torch is missing.
+        InputError: the folder cannot be written or is not of a study, there is no such level or stage, or torch is
+            missing.
     """
     wanted = chosen(level, only)
     if find_spec("torch") is None:
         raise InputError("The study trains networks with torch, which is not here; run pip install 'gtm-fmu[train]'.")
-    this = Run(writable_folder(output), seed, sizes or Sizes())
+    this = Run(run_folder(output), seed, sizes or Sizes())
     kept = Kept(this.folder, seed=seed, sizes=this.sizes)
 
     def finished() -> Finished:

@@ -21,10 +21,9 @@ from gtm_fmu.datasets.off_lattice import OffLattice, measured
 from gtm_fmu.envelopes.thrust_map import THRUST_MAPS, ThrustMap
 from gtm_fmu.envelopes.trim_map import TrimMap
 from gtm_fmu.errors import InputError
-from gtm_fmu.files import writable_folder
 from gtm_fmu.progress import Advance
 from gtm_study.files import write_text
-from gtm_study.kept import Kept
+from gtm_study.kept import Kept, run_folder
 from gtm_study.progress import stages
 from gtm_study.research import trim_map_study
 from gtm_study.research.adaptive_sampling import chosen_jams, refinements
@@ -110,7 +109,7 @@ def run(folder: Path, only: str | None = None, console: Console | None = None) -
     Raises:
         InputError: the folder cannot be written, or no model has such a name.
     """
-    folder = writable_folder(folder)
+    folder = run_folder(folder)
     truth, kept = off_lattice.load(), Kept(folder)
     jobs = _jobs(folder, truth)
     wanted = {key: job for key, job in jobs.items() if only is None or only.lower() in " ".join(key).lower()}

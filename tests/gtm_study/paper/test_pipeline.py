@@ -11,6 +11,7 @@ import fmpy
 import matplotlib.image
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from rich.console import Console
 
 from gtm_fmu.aircraft.limits import ControlLimits
@@ -23,6 +24,7 @@ from gtm_study.paper.rudder_grid import Cells
 from gtm_study.paper.stages import STAGES, Sizes
 from gtm_study.report.page import PAGE, write_page
 from surrogate.rudder.emulator import RudderEmulator
+from tests.gtm_study.looks import alike
 
 pytestmark = pytest.mark.slow
 
@@ -60,10 +62,23 @@ def quietly(folder: Path, **options) -> dict:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
+def drawn() -> list[Figure]:
+    """The figures of the run that left `folder`."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, drawn) -> Path:
     """What a run leaves."""
-    folder = tmp_path_factory.mktemp("study") / "new"
-    quietly(folder)
+    folder, savefig = tmp_path_factory.mktemp("study") / "new", Figure.savefig
+
+    def noted(figure, *arguments, **options) -> None:
+        drawn.append(figure)
+        savefig(figure, *arguments, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", noted)
+        quietly(folder)
     return folder
 
 
@@ -95,6 +110,11 @@ class TestFiles:
             pixels = matplotlib.image.imread(path)
             assert min(pixels.shape[:2]) > 300
             assert pixels[..., :3].std() > 0.02, f"{path.name} is blank"
+
+    def test_figures_need_no_colours(self, folder, drawn):
+        """What a legend names is told apart in grey too, and so by the colour-blind."""
+        assert len(drawn) >= 2 * len(PICTURES)
+        assert [pair for figure in drawn for pair in alike(figure)] == []
 
     def test_fmus(self, folder):
         assert {path.name for path in folder.glob("*.fmu")} == FMUS
@@ -168,6 +188,7 @@ class TestAgain:
                 quietly(tmp_path)
         before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir() if path.is_file()}
         told = json.loads((tmp_path / "results.json").read_text())
+        assert f"{len(told)} of {len(STAGES)} stages are finished" in (tmp_path / PAGE).read_text()
         assert told.keys() == {"trims", "lattice", "jams", "volume", "limits", "surrogate-fmu", "explorer"}
         quietly(tmp_path)
         assert names(tmp_path) == names(folder)

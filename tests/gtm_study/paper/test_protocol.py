@@ -11,6 +11,7 @@ from gtm_fmu.progress import Advance
 from gtm_study.paper import protocol_report, published
 from gtm_study.paper.protocol import Lattice, Protocol, run
 from surrogate import LocalSettings, Schedule
+from tests.gtm_study.looks import alike
 
 pytestmark = pytest.mark.slow
 
@@ -99,6 +100,7 @@ def test_tables_and_figures_of_a_whole_run(comparison, monkeypatch):
 
     def noted(figure, path):
         pictures.append(path.stem)
+        assert alike(figure) == [], path.stem
         path.touch()
 
     monkeypatch.setattr("gtm_study.paper.protocol.save_figure", noted)
