@@ -16,6 +16,7 @@ from gtm_fmu.envelopes.grid import envelope_grid
 from gtm_fmu.errors import InputError
 from gtm_study.figures import captions
 from gtm_study.figures.envelopes import envelope_page, plot_envelope, save_envelope, strokes
+from tests.gtm_study.looks import alike
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +32,7 @@ def nothing():
 
 def test_picture_names_the_limits_of_the_boundary(envelope):
     figure = plot_envelope(*envelope)
+    assert alike(figure) == []
     (axes,), (legend,) = figure.axes, figure.legends
     shown = {text.get_text() for text in legend.get_texts()}
     for name in ("alpha", "throttle", "aileron", "phi", "rudder"):
