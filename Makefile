@@ -47,7 +47,7 @@ wheels: .venv/installed
 .venv/installed: $(BUILT_FROM)
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --constraint constraints.txt setuptools wheel casadi lazy-loader numpy
-	$(BIN)/pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[train,test,docs]'
+	$(BIN)/pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[study,train,test,docs]'
 	touch $@
 
 clean:

@@ -192,6 +192,12 @@ def _run() -> int:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else app.info.name
         code = _refuse(f"{_plain(error.format_message()).rstrip('.')}; see `{command} --help`.")
+    except ModuleNotFoundError as error:
+        from gtm_fmu.extras import advice
+
+        if (way := advice(str(error.name))) is None:
+            raise
+        code = _refuse(f"This needs {error.name}, which is not here: {way}.")
     except Exception as error:
         if sentence := shortage(error):
             return _refuse(sentence)

@@ -13,6 +13,7 @@ import psutil
 import typer
 
 from gtm_fmu.core.library import library_path
+from gtm_fmu.extras import advice
 from gtm_study.commands.command import NO_SOLUTION
 from gtm_study.report.pdf import BROWSERS
 
@@ -26,9 +27,9 @@ class Part(NamedTuple):
     advice: str
 
 
-def _module(name: str, purpose: str, extra: str) -> Part:
+def _module(name: str, purpose: str) -> Part:
     found = version(name) if find_spec(name) else None
-    return Part(name, purpose, found, f"pip install 'gtm-fmu[{extra}]'")
+    return Part(name, purpose, found, advice(name) or f"pip install {name}")
 
 
 def _program(names: tuple[str, ...], purpose: str, package: str) -> Part:
@@ -51,17 +52,18 @@ def parts() -> list[Part]:
         Part("Python", "everything", sys.version.split()[0], ""),
         _core(),
         _program((compiler,), "native FMUs for this platform", "gcc"),
-        _module("ziglang", "FMUs for all platforms, the explorer", "cross"),
-        _module("torch", "train, study, networks, protocol", "train"),
-        _module("onnx", "export as ONNX", "onnx"),
-        _module("sympy", "export as SymPy", "sympy"),
-        _module("pyarrow", "tables as Parquet", "parquet"),
+        _module("ziglang", "FMUs for all platforms, the explorer"),
+        _module("xarray", "data sets, maps, sensitivity, study"),
+        _module("torch", "train, study, networks, protocol"),
+        _module("onnx", "export as ONNX"),
+        _module("sympy", "export as SymPy"),
+        _module("pyarrow", "tables as Parquet"),
         _program(BROWSERS, "the study as PDF, tests of pages", "chromium"),
         _program(("wine64", "wine", "/usr/lib/wine/wine64"), "tests of Windows FMUs", "wine64"),
         _program(("qemu-aarch64-static", "qemu-aarch64"), "tests of FMUs for ARM", "qemu-user-static"),
         _program(("clang",), "tests with sanitizers", "clang"),
         _program(("node",), "tests of exported JavaScript", "nodejs"),
-        *(_module(name, "tests of importers", "test") for name in ("ecospy", "libcosimpy", "jsbsim")),
+        *(_module(name, "tests of importers") for name in ("ecospy", "libcosimpy", "jsbsim")),
     ]
 
 

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.extras import advice
 from surrogate.rudder.names import DEFAULT, MODEL_HELP, TRIM_MAP
 
 Pair = tuple[float, float]
@@ -320,7 +321,7 @@ def _write_form(model: Any, form: str, output: Path, *, has_std: bool) -> None:
         try:
             contents = {output.name: export_form(closed, form)}
         except ImportError as error:
-            raise InputError(f"--{form} needs {error.name}: pip install 'gtm-fmu[onnx]'.") from None
+            raise InputError(f"--{form} needs {error.name}: {advice(str(error.name))}.") from None
         except ValueError as error:
             raise InputError(str(error)) from None
     for name, content in contents.items():

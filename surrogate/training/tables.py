@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.extras import advice
 from gtm_fmu.files import check_writable, write_whole
 
 if TYPE_CHECKING:
@@ -125,7 +126,8 @@ def _readable(path: Path) -> Iterator[None]:
     except InputError:
         raise
     except ImportError as error:
-        raise InputError(f"'{path}' needs {error.name or 'pyarrow'}: pip install 'gtm-fmu[parquet]'.") from None
+        module = error.name or "pyarrow"
+        raise InputError(f"'{path}' needs {module}: {advice(module)}.") from None
     except Exception as error:  # readers raise all kinds of errors for damaged files
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:120] or "too little memory"
         raise InputError(f"Cannot read '{path}' ({reason}): give another table.") from None
