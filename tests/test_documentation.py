@@ -1,4 +1,4 @@
-"""README.md and docs: every block of commands and of programs runs, in the order of its page.
+"""README.md, docs and notebooks: every block of commands and of programs runs, in the order of its page.
 
 Each page has a folder of its own, in which ``examples`` and ``tests`` stand as in the repository. A block of commands
 is indented or fenced as ``sh``; indented lines that begin with no command are what a command prints. A block that takes
@@ -19,6 +19,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import pytest
 import typer
 from typer.exceptions import TyperException
@@ -27,9 +28,12 @@ from fmu_src import MODELS
 from gtm_fmu import ControlLimits, Envelope, Trim, linearize, trim
 from gtm_study.commands import cli
 
+pytest.importorskip("nbformat", reason="the extra `docs` is not installed")
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "docs" / "site"))
+notebooks = importlib.import_module("notebooks")
 PAGES = ("README.md", *sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")))
 COMMANDS = ("gtm-fmu", "python", "make", "node")
 LANGUAGES = ("sh", "python", "c", "js", "text")
@@ -78,7 +82,14 @@ def blocks(page: str) -> list[Block]:
     return found
 
 
+def cells(path: Path) -> list[Block]:
+    """The programs of a notebook."""
+    page = path.relative_to(ROOT).as_posix()
+    return [Block(page, cell.line, "python", cell.text) for cell in notebooks.cells(path) if not cell.is_text]
+
+
 BLOCKS = [block for page in PAGES for block in blocks(page)]
+NOTEBOOKS = {path.stem: cells(path) for path in notebooks.NOTEBOOKS}
 
 
 def of(*languages: str, is_run: bool = True) -> list[Block]:
@@ -255,6 +266,23 @@ def compare(shown: str, line: str) -> None:
         assert not numbers or shown, line
         if not numbers:
             assert shown == expected[1], line
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_notebook(name, tmp_path_factory, programs, monkeypatch):
+    """Its cells run in order, in a folder beside that of the tables, and draw the figure that the site shows."""
+    folder = tmp_path_factory.mktemp("examples")
+    (folder / "tables").symlink_to(ROOT / "examples" / "tables")
+    (folder / "notebooks").mkdir()
+    monkeypatch.chdir(folder / "notebooks")
+    monkeypatch.setenv("PATH", programs)
+    plt.close("all")
+    defined = {"__name__": "__main__"}
+    for cell in NOTEBOOKS[name]:
+        run_python(cell, defined)
+    assert len(plt.get_fignums()) == 1
+    plt.close("all")
+    assert (notebooks.IMAGES / f"{name}.png").exists()
 
 
 def run_c(block: Block, place: Path, monkeypatch) -> None:

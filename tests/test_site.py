@@ -84,6 +84,18 @@ def test_every_public_name_has_an_entry(site, package):
     assert names <= anchors
 
 
+def test_notebooks(site):
+    """Each is a page with its figure, and a notebook to download."""
+    nbformat = pytest.importorskip("nbformat")
+    paths = sorted((ROOT / "examples/notebooks").glob("*.py"))
+    assert len(paths) >= 5
+    for path in paths:
+        assert f"images/notebooks/{path.stem}.png" in text(site, f"tutorials/{path.stem}.html")
+        notebook = nbformat.read(site / f"tutorials/{path.stem}.ipynb", as_version=4)
+        nbformat.validate(notebook)
+        assert {cell.cell_type for cell in notebook.cells} == {"code", "markdown"}
+
+
 def test_equations_need_no_script(site):
     assert not any("arithmatex" in page.read_text(encoding="utf-8") for page in site.rglob("*.html"))
 

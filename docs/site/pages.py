@@ -3,10 +3,12 @@
 import json
 import re
 from collections.abc import Callable, Iterable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import notebooks
 import typer
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
@@ -26,6 +28,14 @@ PACKAGES = {
 }
 
 
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Pages that `nav` of mkdocs.yml does not name are guides."""
+    named = set(re.findall(r"[\w/-]+\.md", str(config.nav)))
+    guides = next(section["Guides"] for section in config.nav or [] if "Guides" in section)
+    guides += sorted(path.name for path in Path(config.docs_dir).glob("*.md") if path.name not in named)
+    return config
+
+
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are made."""
     for path, make in pages().items():
@@ -34,8 +44,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """README is the front page."""
-    return markdown.replace("](../README.md", "](index.md")
+    """Links to files outside docs/ lead to the pages that are made of them."""
+    linked = re.sub(r"\]\(\.\./\.\./examples/notebooks/(\w+)\.py\)", r"](\1.md)", markdown)
+    return linked.replace("](../README.md", "](index.md")
 
 
 def pages() -> dict[str, Callable[[], str]]:
@@ -50,7 +61,11 @@ def pages() -> dict[str, Callable[[], str]]:
         "reference/contributing.md": lambda: _text("CONTRIBUTING.md").replace("](docs/", "](../"),
         "reference/notice.md": lambda: f"# Notice\n\n```text\n{_text('NOTICE')}```\n\nLicence: Apache-2.0.\n",
     }
-    return made | {f"reference/{name}.md": lambda name=name: package(name) for name in PACKAGES}
+    made |= {f"reference/{name}.md": partial(package, name) for name in PACKAGES}
+    for path in notebooks.NOTEBOOKS:
+        made |= {f"tutorials/{path.stem}.md": partial(notebooks.page, path)}
+        made |= {f"tutorials/{path.stem}.ipynb": partial(notebooks.ipynb, path)}
+    return made
 
 
 def _text(path: str) -> str:
