@@ -17,11 +17,16 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.files import check_writable
 from surrogate.exports.closed_form import ClosedForm, Model, closed_form
 from surrogate.exports.forms import export_c
-from surrogate.models.evaluation import IN_DOMAIN, std_name
+from surrogate.models.evaluation import IN_DOMAIN, safe_name, std_name
 
 ALIASES = {"": "1", "-": "1", "kt": "kn"}
 """Other spellings of units that the descriptions know."""
 FAULTS = ("", "The outputs are not finite.")
+SAFE_USAGE = (
+    "What is called safe is an output moved by a constant margin, so that it errs to the other side with a small "
+    "probability only. That is promised of cases that are distributed as the rows of the calibration, each output by "
+    "itself.",
+)
 SAMPLES = 11
 """Expected results that travel in the FMU."""
 
@@ -33,7 +38,8 @@ def build_model(
 
     Args:
         model: a fitted model. Its inputs become inputs in its own units; its outputs, their standard deviations (as
-            ``NAME_std``) where it has them, and ``in_domain`` become outputs.
+            ``NAME_std``) where it has them, ``in_domain``, and safe values (as ``NAME_safe``) where it was calibrated
+            become outputs.
         path: of the FMU; its stem becomes the name of the model.
         fmi: 2 or 3.
         all_platforms: binaries for all platforms by Zig, not only for this one.
@@ -66,7 +72,10 @@ def _reference(model: Model) -> dict[str, bytes]:
     X = np.linspace(least, greatest, SAMPLES)
     names = ([variable.name for variable in group] for group in (model.inputs, model.outputs))
     inputs, outputs = names
-    return reference_samples(inputs, X, outputs, model.predict(X))
+    Y = model.predict(X)
+    if model.safe is not None:
+        outputs, Y = [*outputs, *map(safe_name, model.safe.outputs)], np.hstack([Y, model.predict_safe(X)])
+    return reference_samples(inputs, X, outputs, Y)
 
 
 def _description(form: ClosedForm, model: Model, name: str) -> ModelDescription:
@@ -92,6 +101,9 @@ def _description(form: ClosedForm, model: Model, name: str) -> ModelDescription:
     groups = {"inputs": inputs, "outputs": tuple(outputs)}
     groups |= {"deviations": tuple(deviations)} if deviations else {}
     groups["flags"] = (domain,)
+    if form.safe:
+        told = zip(form.safe_outputs, form.safe.outputs, strict=True)
+        groups["safe"] = tuple(_output(v.name, v.unit, f"{name}, {form.safe.about(name)}", known) for v, name in told)
     _check_names([v.name for group in groups.values() for v in group] + ["time"])
     _check_names([v.unit for v in (*inputs, *outputs)], are_unique=False)
     facts = [f"{key}: {value}" for key, value in (*model.provenance.items(), *model.metrics.items())]
@@ -104,6 +116,7 @@ def _description(form: ClosedForm, model: Model, name: str) -> ModelDescription:
         usage=(
             "Outputs follow the inputs at once, also in Initialization Mode. Where in_domain is false an input is "
             "outside the training data, and the outputs are guesses.",
+            *(SAFE_USAGE if form.safe else ()),
             "Partial derivatives of all real outputs with respect to the inputs are exact.",
         ),
         origin="\n".join(facts) or "A fitted model that does not say where it comes from.",

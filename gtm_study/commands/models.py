@@ -40,6 +40,19 @@ def train(
     splits: Annotated[int, typer.Option(min=1, help="Models, each on a random split; the best is kept.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Start of all random numbers.")] = 0,
     device: Annotated[str, typer.Option(help="Where networks are trained: cpu, cuda.")] = "cpu",
+    calibrate: Annotated[
+        float | None,
+        typer.Option(min=0, metavar="ROWS", help="Rows held back to make outputs safe: a share below 1, or a number."),
+    ] = None,
+    never_low: Annotated[
+        list[str] | None, typer.Option(metavar="NAMES", help="Outputs whose safe value must not be too low.")
+    ] = None,
+    never_high: Annotated[
+        list[str] | None, typer.Option(metavar="NAMES", help="Outputs whose safe value must not be too high.")
+    ] = None,
+    epsilon: Annotated[
+        float | None, typer.Option(help="Probability with which a safe value may be wrong; default 0.001.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
     """Train a model on a table.
@@ -48,12 +61,17 @@ def train(
     and V_max. A column of words is an input for each of its levels. Rows without a value are left out. Errors are
     mean squares of outputs mapped to 0 .. 1, on rows for the training, for the test of that split, and on a tenth of
     all rows that no training saw.
+
+    With --calibrate further rows are held back. By their errors outputs get a safe value that errs to the wrong side
+    with a probability of at most epsilon: V_min never too low, V_max never too high, or what --never-low and
+    --never-high name. That takes 1 / epsilon rows at least.
     """
+    from gtm_fmu.conformal import EPSILON
     from gtm_fmu.files import check_kept, check_writable
     from gtm_study.commands.printing import show
     from gtm_study.progress import stages
     from surrogate.rudder.emulator import INPUTS, SPEEDS
-    from surrogate.training.model_training import train_model
+    from surrogate.training.model_training import Calibration, train_calibrated, train_model
     from surrogate.training.samples import read_samples
 
     if (inputs is None) != (outputs is None):
@@ -61,18 +79,42 @@ def train(
     asked, learnt = inputs, outputs
     if asked is None or learnt is None:
         asked, learnt = ([f"{name}:{unit}" for name, unit in group] for group in (INPUTS, SPEEDS))
+    if calibrate is None and any(given is not None for given in (never_low, never_high, epsilon)):
+        raise InputError("--never-low, --never-high and --epsilon are for --calibrate: give that, or leave them out.")
+    if inputs is None and never_low is None and never_high is None:
+        never_low, never_high = ([name] for name, _ in SPEEDS)
     check_kept(output, data)
     check_writable(output)
     layers = _layers(hidden)
     samples = read_samples(data, asked, learnt)
+    fit: Callable[..., Any] = train_model
+    if calibrate is not None:
+        never = _sides(never_low or (), never_high or ())
+        calibration = Calibration(calibrate, never, EPSILON if epsilon is None else epsilon)
+        fit = partial(train_calibrated, calibration=calibration)
     with stages(Console(stderr=True)) as stage, stage(f"Training on {len(samples.X)} rows") as advance:
-        model = train_model(samples, method, splits=splits, hidden=layers, seed=seed, device=device, progress=advance)
+        model = fit(samples, method, splits=splits, hidden=layers, seed=seed, device=device, progress=advance)
     try:
         model.save(output)
     except ValueError as error:
         raise InputError(str(error)) from None
     facts = {"model": str(output), "method": method, "rows": len(samples.X), "rows_left_out": samples.left_out}
     show(facts | model.metrics, as_json, "Trained")
+
+
+def _sides(low: Sequence[str], high: Sequence[str]) -> dict[str, Any]:
+    """What the safe value of each output must never be."""
+    named = [
+        (name.strip(), side)
+        for side, group in (("low", low), ("high", high))
+        for words in group
+        for name in words.split(",")
+        if name.strip()
+    ]
+    sides = dict(named)
+    if len(sides) < len(named):
+        raise InputError("An output was given twice to --never-low and --never-high: each is safe to one side only.")
+    return sides
 
 
 def load(path: Path) -> Any:
@@ -146,11 +188,21 @@ def _ask_own(model: Any, at: list[str], data: Path | None, output: Path | None, 
     from gtm_study.commands.printing import show
 
     if data is None or output is None:
-        found = _results(model, _case(model, at))
-        show({name: value.item() for name, value in found.items()}, as_json, "Prediction")
+        found = {name: value.item() for name, value in _results(model, _case(model, at)).items()}
+        show(found | _promises(model), as_json, "Prediction")
     else:
         rows = _predict_table(model.inputs, lambda X: _results(model, X), data, output)
         show({"output": str(output), "rows": rows}, as_json, "Predictions")
+
+
+def _promises(model: Any) -> dict[str, str]:
+    """What the safe values of a model promise."""
+    from surrogate.models.evaluation import safe_name
+
+    if model.safe is None:
+        return {}
+    told = [f"{safe_name(name)} is {model.safe.about(name)}" for name in model.safe.outputs]
+    return {"promise": f"{'; '.join(told)}."}
 
 
 def _ask_surrogate(
@@ -248,13 +300,16 @@ def _case(model: Any, at: list[str]) -> list[float]:
 
 def _results(model: Any, X: Any) -> dict[str, Any]:
     """All results at the inputs X (..., d), each (...,)."""
-    from surrogate.models.evaluation import IN_DOMAIN, check_result_names, std_name
+    from surrogate.models.evaluation import IN_DOMAIN, check_result_names, safe_name, std_name
 
     try:
-        check_result_names(model.inputs, model.outputs)
+        safe = model.safe.outputs if model.safe is not None else ()
+        check_result_names(model.inputs, model.outputs, safe)
         groups = [([v.name for v in model.outputs], model.predict(X))]
         if getattr(model, "has_std", False):
             groups.append(([std_name(v.name) for v in model.outputs], model.predict_std(X)))
+        if safe:
+            groups.append(([safe_name(name) for name in safe], model.predict_safe(X)))
     except ValueError as error:
         raise InputError(str(error)) from None
     values = {name: Y[..., k] for names, Y in groups for k, name in enumerate(names)}

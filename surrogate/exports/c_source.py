@@ -41,6 +41,7 @@ def c_header(form: ClosedForm, name: str = "model") -> str:
         "",
         f"enum {{ {name}_inputs = {d}, {name}_outputs = {m} }};",
         f"#define {name}_has_std {int(form.std is not None)}",
+        f"#define {name}_has_safe {int(form.safe is not None)}",
         "",
         *_prototypes(form, name),
         "",
@@ -57,7 +58,7 @@ def c_source(form: ClosedForm, name: str = "model") -> str:
         name: an identifier of C, with which all public names begin.
 
     The file defines `{name}_predict`, `{name}_gradient` and `{name}_in_range`, and for a model with standard deviations
-    `{name}_std` and `{name}_std_gradient`; its head says what they do.
+    `{name}_std` and `{name}_std_gradient`, for a calibrated one `{name}_safe`; its head says what they do.
     """
     d = len(form.inputs)
     tables = Tables(C99, f"{name}_c")
@@ -65,6 +66,8 @@ def c_source(form: ClosedForm, name: str = "model") -> str:
     if form.std:
         functions += _functions(form.std, name, "std", "std_gradient", tables)
     least, greatest = (tables.name(ends) for ends in np.ascontiguousarray(form.input_ranges.T))
+    if safe := form.safe_program:
+        functions += _function(safe, f"{name}_safe", tables)
     functions += [
         f"int {name}_in_range(const double x[{d}], double slack)",
         "{",
@@ -102,16 +105,27 @@ def _prototypes(form: ClosedForm, name: str) -> list[str]:
             f"void {name}_std(const double x[{d}], double y[{m}]);",
             f"void {name}_std_gradient(const double x[{d}], double y[{m}], double dy[{m * d}]);",
         ]
+    if form.safe:
+        s, places = len(form.safe_outputs), ", ".join(map(str, form.safe_places))
+        lines += [
+            f"/* Safe values y[{s}], each of an output at its place, by the outputs x[{m}] of {name}_predict. */",
+            f"enum {{ {name}_safe_outputs = {s} }};",
+            f"#define {name}_safe_places {{ {places} }}",
+            f"void {name}_safe(const double x[{m}], double y[{s}]);",
+        ]
     return lines
 
 
 def _functions(program: Program, name: str, value: str, gradient: str, tables: Tables) -> list[str]:
     """The function of the values, and that of values and slopes."""
+    lines = [_function(program, f"{name}_{function}", tables, function == gradient) for function in (value, gradient)]
+    return [line for function in lines for line in function]
+
+
+def _function(program: Program, name: str, tables: Tables, has_slopes: bool = False) -> list[str]:
+    """The function of the values, with slopes if asked."""
     d, m = program.n_inputs, program.sizes[-1]
-    lines = []
-    for function, more in ((value, ""), (gradient, f", double dy[{m * d}]")):
-        body = Body(program, tables, has_slopes=bool(more))
-        lines += [f"void {name}_{function}(const double x[{d}], double y[{m}]{more})", "{"]
-        lines += [f"    {line}" for line in body.lines()]
-        lines += ["}", ""]
-    return lines
+    more = f", double dy[{m * d}]" if has_slopes else ""
+    body = Body(program, tables, has_slopes=has_slopes)
+    lines = [f"void {name}(const double x[{d}], double y[{m}]{more})", "{"]
+    return [*lines, *(f"    {line}" for line in body.lines()), "}", ""]

@@ -8,10 +8,11 @@ import numpy as np
 
 from surrogate.exports.program import Program
 from surrogate.exports.steps import Affine, Apply, Constant, GroupSum, Join, Products, Softmax, Take
-from surrogate.models.evaluation import Variable
+from surrogate.models.evaluation import Variable, safe_name
 from surrogate.models.local_models import LocalModelNetwork
 from surrogate.models.network import Network
 from surrogate.models.partitions import AxisPartition, ObliquePartition
+from surrogate.models.safety import Safety
 from surrogate.scaling import Array
 
 Model = Network | LocalModelNetwork
@@ -31,6 +32,29 @@ class ClosedForm:
     """Outputs from inputs, each in its unit."""
     std: Program | None
     """Their standard deviations, where the model has them."""
+    safe: Safety | None = None
+    """Margins of its safe outputs, where the model was calibrated."""
+
+    @property
+    def safe_outputs(self) -> tuple[Variable, ...]:
+        """Names and units of the safe values."""
+        if self.safe is None:
+            return ()
+        return tuple(Variable(safe_name(self.outputs[k].name), self.outputs[k].unit) for k in self.safe_places)
+
+    @property
+    def safe_places(self) -> list[int]:
+        """Number of the output that each safe value is of."""
+        return [] if self.safe is None else self.safe.places(self.outputs).tolist()
+
+    @property
+    def safe_program(self) -> Program | None:
+        """Safe values from the outputs: each is moved by its margin, so that its slopes are those of the output."""
+        if self.safe is None:
+            return None
+        program = Program(len(self.outputs))
+        program.scale(program.add(Take(0, self.safe.places(self.outputs))), offset=self.safe.shifts)
+        return program
 
 
 def closed_form(model: Model, *, has_std: bool = True, has_short_factor: bool = False) -> ClosedForm:
@@ -53,7 +77,7 @@ def closed_form(model: Model, *, has_std: bool = True, has_short_factor: bool = 
             std = _deviations(model, factor, model.beta)
     else:
         predict = _local_models(model)
-    return ClosedForm(model.inputs, model.outputs, model.input_ranges, model.target_ranges, predict, std)
+    return ClosedForm(model.inputs, model.outputs, model.input_ranges, model.target_ranges, predict, std, model.safe)
 
 
 def _activations(network: Network, program: Program) -> list[int]:

@@ -15,7 +15,10 @@ from surrogate.exports.text import latex, text
 
 
 def json_text(form: ClosedForm) -> str:
-    """Inputs, outputs and the steps of `predict` and `std`, which `exports.program` defines, as one JSON object."""
+    """Inputs, outputs and the steps of `predict` and `std`, which `exports.program` defines, as one JSON object.
+
+    Of a calibrated model also those of the safe values, which follow from the outputs.
+    """
     document = {
         "inputs": [
             {"name": name, "unit": unit, "least": least, "greatest": greatest}
@@ -25,6 +28,9 @@ def json_text(form: ClosedForm) -> str:
         "predict": form.predict.to_list(),
         "std": form.std.to_list() if form.std else None,
     }
+    if safe := form.safe_program:
+        document |= {"safe_outputs": [{"name": name, "unit": unit} for name, unit in form.safe_outputs]}
+        document |= {"safe": safe.to_list()}
     return json.dumps(document, allow_nan=False) + "\n"
 
 

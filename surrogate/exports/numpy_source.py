@@ -26,12 +26,15 @@ def numpy_source(form: ClosedForm) -> str:
     """A Python module that needs NumPy only.
 
     It defines INPUTS, OUTPUTS, INPUT_RANGES, `predict(X)`, `in_range(X)`, and for a model with standard deviations
-    `predict_std(X)`; X holds the inputs on its last axis.
+    `predict_std(X)`; X holds the inputs on its last axis. For a calibrated model SAFE_OUTPUTS and `safe(Y)`, the safe
+    values by the outputs Y of `predict`.
     """
     tables = Tables(PYTHON, "_C")
     functions = _function(form.predict, "predict", "Outputs (..., m) at the inputs X (..., d).", tables)
     if form.std:
         functions += _function(form.std, "predict_std", "Standard deviations (..., m) of the outputs.", tables)
+    if safe := form.safe_program:
+        functions += _function(safe, "safe", "Safe values (..., s) by the outputs X (..., m) of `predict`.", tables)
     parts = [
         '"""' + "\n".join(comment_lines(form)).replace("\\", "\\\\").replace('"', "'") + '\n"""',
         "",
@@ -39,6 +42,7 @@ def numpy_source(form: ClosedForm) -> str:
         "",
         f"INPUTS = {[tuple(v) for v in form.inputs]!r}",
         f"OUTPUTS = {[tuple(v) for v in form.outputs]!r}",
+        *([f"SAFE_OUTPUTS = {[tuple(v) for v in form.safe_outputs]!r}"] if form.safe else []),
         f"INPUT_RANGES = np.array({form.input_ranges.tolist()!r})",
         *tables.lines,
         "",

@@ -46,7 +46,8 @@ class _Graph:
 
 
 def onnx_model(form: ClosedForm, dtype: str = "float64") -> ModelProto:
-    """A model from `inputs` (n, d) to `outputs` (n, m), and to `std` (n, m) where the model has standard deviations.
+    """A model from `inputs` (n, d) to `outputs` (n, m), to `std` (n, m) where the model has standard deviations, and to
+    `safe` (n, s) where it was calibrated.
 
     Args:
         form: closed form of a model.
@@ -67,22 +68,25 @@ def onnx_model(form: ClosedForm, dtype: str = "float64") -> ModelProto:
         _check_single(form)
     graph = _Graph(np.dtype(dtype))
     kind = helper.np_dtype_to_tensor_dtype(np.dtype(dtype))
-    results = [("outputs", form.predict)] + ([("std", form.std)] if form.std else [])
-    for name, program in results:
-        _add(graph, program, name)
+    programs = {"outputs": form.predict, "std": form.std, "safe": form.safe_program}
+    results = {name: program for name, program in programs.items() if program}
+    for name, program in results.items():
+        _add(graph, program, name, "outputs" if name == "safe" else "inputs")
     made = helper.make_model(
         helper.make_graph(
             graph.nodes,
             "model",
             [helper.make_tensor_value_info("inputs", kind, ["n", len(form.inputs)])],
-            [helper.make_tensor_value_info(name, kind, ["n", len(form.outputs)]) for name, _ in results],
+            [helper.make_tensor_value_info(name, kind, ["n", made.sizes[-1]]) for name, made in results.items()],
             list(graph.constants.values()),
         ),
         opset_imports=[helper.make_opsetid("", OPSET)],
         ir_version=IR_VERSION,
         producer_name="gtm-fmu",
     )
-    about = {"inputs": form.inputs, "outputs": form.outputs, "input_ranges": form.input_ranges.tolist()}
+    about: dict[str, Any] = {"inputs": form.inputs, "outputs": form.outputs}
+    about |= {"input_ranges": form.input_ranges.tolist()}
+    about |= {"safe_outputs": form.safe_outputs} if form.safe else {}
     helper.set_model_props(made, {name: json.dumps(value) for name, value in about.items()})
     checker.check_model(made, full_check=True)
     return made
@@ -101,8 +105,8 @@ def _check_single(form: ClosedForm) -> None:
             )
 
 
-def _add(graph: _Graph, program: Program, result: str) -> None:
-    values = ["inputs"]
+def _add(graph: _Graph, program: Program, result: str, given: str) -> None:
+    values = [given]
     for step in program.steps:
         values.append(_node(graph, step, values, program))
     graph.node("Identity", [values[-1]], result)

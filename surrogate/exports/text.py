@@ -22,6 +22,21 @@ def comment_lines(form: ClosedForm) -> list[str]:
         *(f"    {k}  {_named(v)}  {low:.10g} .. {high:.10g}" for k, (v, (low, high)) in enumerate(ranges)),
         "Outputs:",
         *(f"    {k}  {_named(v)}" for k, v in enumerate(form.outputs)),
+        *_safe_lines(form),
+    ]
+
+
+def _safe_lines(form: ClosedForm) -> list[str]:
+    """The safe values by the outputs, and what they promise."""
+    if form.safe is None:
+        return []
+    values = zip(form.safe_outputs, form.safe_places, form.safe.shifts.tolist(), form.safe.outputs, strict=True)
+    return [
+        "Safe values:",
+        *(
+            f"    {k}  {_named(v)} = output {place} {shift:+.10g}, {form.safe.about(output)}"
+            for k, (v, place, shift, output) in enumerate(values)
+        ),
     ]
 
 

@@ -30,6 +30,11 @@ def std_name(output: str) -> str:
     return f"{output}_std"
 
 
+def safe_name(output: str) -> str:
+    """What the safe value of an output is called."""
+    return f"{output}_safe"
+
+
 def check_names(*groups: Iterable[Variable]) -> None:
     """ValueError unless names and units are text that a file can hold: no halves of characters (surrogates)."""
     for word in (word for group in groups for variable in group for word in variable):
@@ -37,11 +42,15 @@ def check_names(*groups: Iterable[Variable]) -> None:
             raise ValueError(f"{word!r} is the name or unit of a variable, but is no text: give another one.")
 
 
-def check_result_names(inputs: Sequence[Variable], outputs: Sequence[Variable]) -> None:
-    """ValueError where two results of a model would have one name: its outputs, their deviations, `IN_DOMAIN`."""
+def check_result_names(inputs: Sequence[Variable], outputs: Sequence[Variable], safe: Iterable[str] = ()) -> None:
+    """ValueError where two results of a model would have one name: its outputs, their deviations, `IN_DOMAIN`.
+
+    So would the safe values of some outputs, given by name.
+    """
     names = {variable.name for group in (inputs, outputs) for variable in group}
     kept = {IN_DOMAIN: "whether a case lies in the training data"}
     kept |= {std_name(v.name): f"the standard deviation of '{v.name}'" for v in outputs}
+    kept |= {safe_name(output): f"the safe value of '{output}'" for output in safe}
     for name, meaning in kept.items():
         if name in names:
             raise ValueError(f"'{name}' is what a model calls {meaning}: rename that column.")

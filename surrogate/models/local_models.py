@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from surrogate.models.evaluation import Variable, check_names, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
 from surrogate.models.partitions import Partition, SplitTree, partition_from_plain
+from surrogate.models.safety import Safety, safe_values
 from surrogate.models.storage import StoredModel
 from surrogate.scaling import Array, to_unit
 
@@ -59,6 +60,8 @@ class LocalModelNetwork(StoredModel):
     metrics: dict[str, float] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
     """How the network came about: anything that JSON can hold."""
+    safe: Safety | None = None
+    """Margins of its safe outputs, where it was calibrated."""
 
     def __post_init__(self) -> None:
         """Check names and shapes, and hold every array unchangeable."""
@@ -73,6 +76,8 @@ class LocalModelNetwork(StoredModel):
         object.__setattr__(self, "coefficients", coefficients)
         for name, n in {"input_ranges": d, "target_ranges": m}.items():
             object.__setattr__(self, name, frozen_ranges(getattr(self, name), n, f"{name} of the network"))
+        if self.safe is not None:
+            self.safe.places(self.outputs)
         if self.partition.validity(np.zeros((1, d))).shape != (1, M):
             raise ValueError(f"the partition of the network does not divide {d} inputs.")
 
@@ -91,6 +96,14 @@ class LocalModelNetwork(StoredModel):
             return weighted @ self.coefficients.reshape(-1, len(self.outputs))
 
         return evaluate_by_blocks(outputs, X, self.inputs)
+
+    def predict_safe(self, X: ArrayLike) -> Array:
+        """Safe values (..., s) of the outputs that `safe` names, at X (..., d), in output units.
+
+        Raises:
+            ValueError: the network was not calibrated.
+        """
+        return safe_values(self.safe, self.predict(X), self.outputs)
 
     def gradient(self, X: ArrayLike) -> Array:
         """Slopes d output / d input (..., m, d) at X (..., d), in output units per input unit."""

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from surrogate.core import PackedNetwork, library
 from surrogate.models.evaluation import Variable, check_names, evaluate_by_blocks, frozen_array, frozen_ranges, in_range
+from surrogate.models.safety import Safety, safe_values
 from surrogate.models.storage import StoredModel
 from surrogate.scaling import Array, from_symmetric, to_symmetric
 
@@ -50,6 +51,8 @@ class Network(StoredModel):
     metrics: dict[str, float] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
     """How the network came about: anything that JSON can hold."""
+    safe: Safety | None = None
+    """Margins of its safe outputs, where it was calibrated."""
 
     def __post_init__(self) -> None:
         """Check names and shapes, and hold every array unchangeable."""
@@ -78,6 +81,8 @@ class Network(StoredModel):
             set_field("posterior_factor", checked("posterior_factor", self.posterior_factor, (P, P)))
         if self.log_std is not None and (self.log_std.inputs, len(self.log_std.outputs)) != (self.inputs, m):
             raise ValueError("the network of the deviations has other inputs or another number of outputs.")
+        if self.safe is not None:
+            self.safe.places(self.outputs)
         if self.beta is not None and not 0.0 < self.beta < np.inf:
             raise ValueError(f"beta of the network is {self.beta}, but must be positive and finite.")
 
@@ -101,6 +106,14 @@ class Network(StoredModel):
             return from_symmetric(y_p, self.target_ranges)
 
         return evaluate_by_blocks(outputs, X, self.inputs)
+
+    def predict_safe(self, X: ArrayLike) -> Array:
+        """Safe values (..., s) of the outputs that `safe` names, at X (..., d), in output units.
+
+        Raises:
+            ValueError: the network was not calibrated.
+        """
+        return safe_values(self.safe, self.predict(X), self.outputs)
 
     def gradient(self, X: ArrayLike) -> Array:
         """Slopes d output / d input (..., m, d) at X (..., d), in output units per input unit."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from gtm_fmu.files import write_whole
 from surrogate.models.evaluation import Variable
+from surrogate.models.safety import Safety, safety_from_plain
 
 VERSION = 2
 PREFIX = "surrogate."
@@ -20,6 +21,9 @@ PREFIX = "surrogate."
 
 class StoredModel:
     """A model that a file can hold: a dataclass of numbers, arrays and parts of these."""
+
+    safe: Safety | None
+    """Margins of its safe outputs, where it was calibrated."""
 
     def save(self, path: str | Path) -> None:
         """Write the model to a JSON file, in one piece or not at all; `load` gives the same bits back."""
@@ -33,8 +37,9 @@ class StoredModel:
     @classmethod
     def from_plain(cls, content: dict[str, Any]) -> Self:
         """The model of these fields, as JSON has them."""
-        variables = {key: tuple(Variable(*pair) for pair in content[key]) for key in ("inputs", "outputs")}
-        return cls(**content | variables)
+        parts: dict[str, Any] = {key: tuple(Variable(*pair) for pair in content[key]) for key in ("inputs", "outputs")}
+        parts |= {"safe": safety_from_plain(content.get("safe"))}
+        return cls(**content | parts)
 
 
 def write_model(model: StoredModel, path: Path) -> None:

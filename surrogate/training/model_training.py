@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gtm_fmu.conformal import EPSILON, least_cases
 from gtm_fmu.errors import InputError
+from surrogate.models.evaluation import check_result_names
 from surrogate.models.local_models import LocalModelNetwork
 from surrogate.models.network import Network
+from surrogate.models.safety import Never, safety
 from surrogate.scaling import to_unit
 from surrogate.training.samples import Samples
 from surrogate.training.selection import Split, split_samples
 from surrogate.training.settings import check
-from surrogate.training.train import ALLOWED, distinct_samples
+from surrogate.training.train import ALLOWED, distinct_samples, generator
 
 Model = Network | LocalModelNetwork
 Progress = Callable[[int, int], None]
@@ -27,6 +30,75 @@ Progress = Callable[[int, int], None]
 NETWORKS: dict[str, Any] = {"br": "bayesian_regularization", "lm": "levenberg_marquardt"}
 TEST_FRACTION = 0.1
 """Share of the rows in the independent part, and of the rest in each split's test part (paper, Algorithm 1)."""
+
+
+MOST_ROWS = 1e9
+"""Of a calibration; more is no table's."""
+
+
+class Calibration(NamedTuple):
+    """Rows that are held back to make outputs safe.
+
+    Attributes:
+        rows: their share of all different rows if below 1, else their number.
+        never: by output, what its safe value must never be: low or high.
+        epsilon: probability with which each may be wrong.
+    """
+
+    rows: float
+    never: Mapping[str, Never]
+    epsilon: float = EPSILON
+
+    def count(self, different: int) -> int:
+        """How many of different rows are held back.
+
+        Raises:
+            InputError: fewer than epsilon needs, or so many that none is left.
+        """
+        if not 0 < self.rows <= MOST_ROWS:
+            raise InputError(f"--calibrate {self.rows:g} is no share or number of rows: give as 0.2, or 2000.")
+        count = round(self.rows * different) if self.rows < 1 else round(self.rows)
+        needed = least_cases(self.epsilon)
+        if count < needed:
+            raise InputError(
+                f"--calibrate {self.rows:g} holds {count} of {different} different rows back, but epsilon = "
+                f"{self.epsilon:g} needs {needed}: hold more back, give more rows, or an epsilon of at least "
+                f"{1 / (max(count, 1) + 1):.3g}."
+            )
+        if count >= different:
+            raise InputError(f"--calibrate {self.rows:g} leaves none of {different} different rows to train on.")
+        return count
+
+
+def train_calibrated(samples: Samples, method: str, calibration: Calibration, *, seed: int, **options: Any) -> Model:
+    """A model of `train_model` with margins that make outputs safe, by rows that were held back from it.
+
+    A row that stands several times in the table is held back or left as a whole, and sets the margins once.
+
+    Raises:
+        InputError: as `train_model`; fewer rows than epsilon needs, or an output that is not learnt.
+    """
+    unknown = calibration.never.keys() - {variable.name for variable in samples.outputs}
+    if unknown or not calibration.never:
+        names = ", ".join(variable.name for variable in samples.outputs)
+        given = f"'{min(unknown)}' is no output" if unknown else "No output was named that must be safe"
+        raise InputError(f"{given}: name some of {names} with --never-low or --never-high.")
+    try:
+        check_result_names(samples.inputs, samples.outputs, calibration.never)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    _, first, place = np.unique(np.column_stack([samples.X, samples.Y]), axis=0, return_index=True, return_inverse=True)
+    count = calibration.count(len(first))
+    held = generator(seed, "calibration").permutation(len(first))[:count]
+    rest = ~np.isin(place.ravel(), held)
+    model = train_model(replace(samples, X=samples.X[rest], Y=samples.Y[rest]), method, seed=seed, **options)
+    rows = first[held]
+    errors = model.predict(samples.X[rows]) - samples.Y[rows]
+    safe = safety(errors, samples.outputs, calibration.never, calibration.epsilon)
+    labels = (_labels(samples)[k] for k in safe.places(samples.outputs))
+    told = {f"safe_shift {label}": shift for label, shift in zip(labels, safe.shifts.tolist(), strict=True)}
+    facts = {"calibration_rows": count, "epsilon": calibration.epsilon}
+    return replace(model, safe=safe, metrics=model.metrics | told, provenance=model.provenance | facts)
 
 
 def train_model(

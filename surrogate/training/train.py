@@ -33,6 +33,8 @@ ALLOWED: dict[str, Allowed] = {
 }
 """Settings of a training."""
 
+PURPOSES = ("independent", "rounds", "weights", "calibration")
+"""What random numbers are drawn for."""
 MOST_MEMORY = 16 * 1024**3
 """Bytes of the normal matrices of a batch."""
 
@@ -191,8 +193,8 @@ def train_local_models(
 
 
 def generator(seed: int, purpose: str, number: int = 0) -> np.random.Generator:
-    """Random numbers for a purpose ('independent', 'rounds' or 'weights') and number, unlike those for any other."""
-    key = ("independent", "rounds", "weights").index(purpose), number
+    """Random numbers for one of the `PURPOSES` and a number, unlike those for any other."""
+    key = PURPOSES.index(purpose), number
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 
 
