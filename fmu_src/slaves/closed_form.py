@@ -57,7 +57,9 @@ class ClosedForm:
     def __init__(self, document: dict):
         """Take the content of the file."""
         self.ranges = [(variable["least"], variable["greatest"]) for variable in document["inputs"]]
-        self.steps = {name: [prepared(step) for step in document[name] or ()] for name in ("predict", "std")}
+        self.steps = {
+            name: [prepared(step) for step in document.get(name) or ()] for name in ("predict", "std", "safe")
+        }
 
     def _run(self, name: str, inputs: Vector) -> Vector:
         vectors = [inputs]
@@ -72,3 +74,7 @@ class ClosedForm:
     def predict_std(self, inputs: Vector) -> Vector:
         """Standard deviations of the outputs."""
         return self._run("std", inputs)
+
+    def safe(self, outputs: Vector) -> Vector:
+        """Safe values by the outputs of `predict`."""
+        return self._run("safe", outputs)

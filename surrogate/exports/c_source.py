@@ -42,6 +42,7 @@ def c_header(form: ClosedForm, name: str = "model") -> str:
         f"enum {{ {name}_inputs = {d}, {name}_outputs = {m} }};",
         f"#define {name}_has_std {int(form.std is not None)}",
         f"#define {name}_has_safe {int(form.safe is not None)}",
+        *_safe_constants(form, name),
         "",
         *_prototypes(form, name),
         "",
@@ -89,6 +90,16 @@ def c_source(form: ClosedForm, name: str = "model") -> str:
     return "\n".join(parts) + "\n"
 
 
+def _safe_constants(form: ClosedForm, name: str) -> list[str]:
+    """Number of the safe values, and of the output that each is of."""
+    if form.safe is None:
+        return []
+    return [
+        f"enum {{ {name}_safe_outputs = {len(form.safe_outputs)} }};",
+        f"#define {name}_safe_places {{ {', '.join(map(str, form.safe_places))} }}",
+    ]
+
+
 def _prototypes(form: ClosedForm, name: str) -> list[str]:
     d, m = len(form.inputs), len(form.outputs)
     lines = [
@@ -106,11 +117,9 @@ def _prototypes(form: ClosedForm, name: str) -> list[str]:
             f"void {name}_std_gradient(const double x[{d}], double y[{m}], double dy[{m * d}]);",
         ]
     if form.safe:
-        s, places = len(form.safe_outputs), ", ".join(map(str, form.safe_places))
+        s = len(form.safe_outputs)
         lines += [
             f"/* Safe values y[{s}], each of an output at its place, by the outputs x[{m}] of {name}_predict. */",
-            f"enum {{ {name}_safe_outputs = {s} }};",
-            f"#define {name}_safe_places {{ {places} }}",
             f"void {name}_safe(const double x[{m}], double y[{s}]);",
         ]
     return lines

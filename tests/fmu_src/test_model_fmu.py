@@ -19,6 +19,7 @@ pytestmark = pytest.mark.slow
 
 NAMES = [variable.name for variable in INPUTS]
 RESULTS = [variable.name for variable in OUTPUTS]
+SAFE = ["speed_safe", "lift_N_safe"]
 
 
 @pytest.fixture(
@@ -38,7 +39,9 @@ def test_description(built):
     assert (description.fmiVersion, description.modelName) == (f"{fmi}.0", "wing")
     deviations = [f"{name}_std" for name in RESULTS] if isinstance(model, Network) else []
     variables = {variable.name: variable for variable in description.modelVariables}
-    assert list(variables) == [*NAMES, *RESULTS, *deviations, "in_domain", "time"]
+    assert list(variables) == [*NAMES, *RESULTS, *deviations, "in_domain", *SAFE, "time"]
+    assert [variables[name].unit for name in SAFE] == ["kn", "N"]
+    assert "not above the true one with a probability of at least 0.999" in variables["speed_safe"].description
     assert [variables[name].unit for name in (*NAMES, *RESULTS)] == ["mm", "deg", "1", "N", "kn"]
     assert [float(variables[name].start) for name in NAMES] == RANGES.mean(axis=1).tolist()
     units = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
@@ -51,14 +54,17 @@ def test_values_and_derivatives(built, tmp_path):
     folder = fmpy.extract(path, tmp_path)
     with SESSIONS[fmi](folder, "me") as session:
         session.initialize(is_exited=False)
-        knowns, unknowns = ([session.names[name] for name in names] for names in (NAMES, RESULTS))
+        knowns, unknowns, safe = ([session.names[name] for name in names] for names in (NAMES, RESULTS, SAFE))
         for x in X:
             assert session.set(knowns, x) == OK
             np.testing.assert_allclose(session.get(unknowns)[1], model.predict(x), rtol=1e-11, atol=1e-13)
+            np.testing.assert_allclose(session.get(safe)[1], model.predict_safe(x), rtol=1e-11, atol=1e-13)
             if isinstance(model, Network):
                 deviations = session.get_named(*(f"{name}_std" for name in RESULTS))
                 np.testing.assert_allclose(deviations, model.predict_std(x), rtol=1e-6)
             slopes = np.column_stack([session.directional(unknowns, [known], [1.0])[1] for known in knowns])
+            of_safe = np.column_stack([session.directional(safe, [known], [1.0])[1] for known in knowns])
+            np.testing.assert_array_equal(of_safe, slopes[::-1])  # the second output's first
             scale = np.ptp(model.target_ranges, axis=1)[:, None] / np.ptp(RANGES, axis=1)
             np.testing.assert_allclose(slopes / scale, model.gradient(x) / scale, rtol=1e-11, atol=1e-12)
 

@@ -105,6 +105,36 @@ class TestTrain:
             assert json.loads(printed)["rows_left_out"] == 1
             assert (again.read_bytes() == trained.read_bytes()) is is_same
 
+    def test_safe_values(self, folder, command, tmp_path):
+        """Half of the rows are held back; `predict` gives the safe values of a case and of a table, and the promise."""
+        wing, model = folder / "wing.csv", tmp_path / "safe.json"
+        options = ["--method", "lolimot", "--splits", "1", "--output", model, "--json"]
+        safe = ["--calibrate", 0.5, "--epsilon", 0.05, "--never-high", "lift", "--never-low", "drag"]
+        code, printed, _ = command("train", wing, *COLUMNS, *options, *safe)
+        assert code == 0
+        shift = json.loads(printed)["safe_shift lift [N]"]
+        assert shift < 0
+        code, printed, _ = command("predict", model, "--at", "span_mm=900", "--at", "alpha_deg=2", "--json")
+        found = json.loads(printed)
+        assert found["lift_safe"] == pytest.approx(found["lift"] + shift)
+        assert found["drag_safe"] > found["drag"]
+        assert "lift_safe is not above the true one with a probability of at least 0.95" in found["promise"]
+        table_of = tmp_path / "answers.csv"
+        assert command("predict", model, "--data", wing, "--output", table_of)[0] == 0
+        answers = pd.read_csv(table_of)
+        moved = answers["lift_safe"] - answers["lift_predicted"]
+        np.testing.assert_allclose(moved, shift, rtol=1e-9)
+        few = ["--calibrate", 0.5, "--never-high", "lift"]
+        for wrong, sentence in (
+            (few, f"holds {round((ROWS - 1) / 2)} of {ROWS - 1} different rows back, but epsilon = 0.001 needs 999"),
+            ([*few, "--never-low", "lift,drag"], "An output was given twice"),
+            (["--never-low", "drag"], "are for --calibrate"),
+            (["--calibrate", "half"], "is not a number"),
+        ):
+            code, printed, told = command("train", wing, *COLUMNS, *options, *wrong)
+            assert (code, printed) == (2, "")
+            assert sentence in told
+
     @pytest.mark.parametrize("method", ["lm", "lolimot", "hilomot"])
     def test_methods(self, folder, command, method, tmp_path):
         options = ["--method", method, "--splits", "2", "--hidden", "4,3", "--output", tmp_path / "m.json", "--json"]

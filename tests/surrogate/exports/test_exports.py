@@ -18,6 +18,7 @@ from surrogate.exports.closed_form import closed_form
 from surrogate.exports.forms import FORMS, export_c, export_form
 from surrogate.models.local_models import polynomial_terms
 from surrogate.models.partitions import AxisPartition, ObliquePartition, SplitTree
+from surrogate.models.safety import Safety
 
 pytestmark = pytest.mark.slow
 
@@ -25,6 +26,10 @@ INPUTS = tuple(Variable(*pair) for pair in (("wing span", "mm"), ("flap */ \\ 50
 OUTPUTS = tuple(Variable(*pair) for pair in (("lift_N", "N"), ("speed", "kt")))
 RANGES = np.array([[1000.0, 9000.0], [-5.0, 5.0], [-1.0, 1.0]])
 TARGETS = np.array([[40.0, 140.0], [0.01, 0.03]])
+
+
+SAFE = Safety(("speed", "lift_N"), ("high", "low"), np.array([0.001, 2.5]), 0.001, 1234)
+"""Of both outputs, the second one first."""
 
 
 def network(*hidden: int, has_std: bool = True, d: int = 3, m: int = 2) -> Network:
@@ -60,10 +65,10 @@ def models() -> dict[str, Network | LocalModelNetwork]:
     )
     undivided = SplitTree(np.empty((0, 3)), np.empty(0), np.empty((0, 2)))
     return {
-        "one hidden layer": network(5),
+        "one hidden layer": replace(network(5), safe=SAFE),
         "three hidden layers": network(5, 4, 3),
         "without deviations": network(4, has_std=False),
-        "axes, quadratic": local_models(axes, "quadratic"),
+        "axes, quadratic": replace(local_models(axes, "quadratic"), safe=SAFE),
         "oblique, sparse": local_models(ObliquePartition(tree, np.array([20.0, 8.0, 30.0])), "sparse_quadratic"),
         "one local model": local_models(ObliquePartition(undivided, np.empty(0)), "linear"),
     }
@@ -114,6 +119,34 @@ def check(model, *, predict, std=None, gradient=None, std_gradient=None) -> None
         assert std is None
 
 
+def safe_values(model) -> np.ndarray:
+    """A speed 0.001 lower than the model's, and a lift 2.5 higher (n, 2)."""
+    lift, speed = model.predict(X).T
+    return np.column_stack([speed - 0.001, lift + 2.5])
+
+
+def check_safe(found, model) -> None:
+    """What an export gives at X: safe values of a calibrated model, nothing (None) of another."""
+    assert (found is None) == (model.safe is None)
+    if model.safe is not None:
+        np.testing.assert_allclose(found, safe_values(model), rtol=1e-12)
+
+
+def test_safe_values(model):
+    if model.safe is None:
+        with pytest.raises(ValueError, match="was not calibrated"):
+            model.predict_safe(X)
+        return
+    np.testing.assert_allclose(model.predict_safe(X), safe_values(model), rtol=1e-15)
+    form = closed_form(model)
+    assert form.safe_outputs == (Variable("speed_safe", "kt"), Variable("lift_N_safe", "N"))
+    check_safe(form.safe_program.evaluate(model.predict(X)), model)
+    told = export_model(model, "text").decode()
+    assert "speed_safe [kt] = output 1 -0.001, not above the true one with a probability of at least 0.999" in told
+    assert "lift_N_safe [N] = output 0 +2.5, not below the true one" in told
+    assert "over the 1234 rows" in told
+
+
 def test_one_output():
     """Values and deviations of a network with a single output."""
     model = network(4, 3, m=1)
@@ -132,6 +165,7 @@ def test_numpy_source(model):
     exec(export_model(model, "numpy").decode(), namespace)
     std = namespace["predict_std"](X) if "predict_std" in namespace else None
     check(model, predict=namespace["predict"](X), std=std)
+    check_safe(namespace["safe"](namespace["predict"](X)) if "safe" in namespace else None, model)
     check_outputs(namespace["predict"](X[:6].reshape(2, 3, 3)).reshape(6, 2), model, X[:6])
     assert (namespace["in_range"](X).all(), namespace["in_range"](OUTSIDE).any()) == (True, False)
     assert namespace["INPUTS"] == [tuple(v) for v in INPUTS]
@@ -156,6 +190,10 @@ def test_c99(model, tmp_path):
 
     (predict,), (value, gradient) = call("predict", 2), call("gradient", 2, 6)
     np.testing.assert_allclose(predict, value, rtol=1e-12)
+    safe = np.zeros((len(X), 2)) if hasattr(library, "wing_safe") else None
+    for y, moved in zip(predict, () if safe is None else safe, strict=False):
+        library.wing_safe((ctypes.c_double * 2)(*y), moved.ctypes.data_as(ctypes.c_void_p))
+    check_safe(safe, model)
     if has_std(model):
         (std,), (_, std_gradient) = call("std", 2), call("std_gradient", 2, 6)
         check(
@@ -184,13 +222,16 @@ def test_javascript(model, tmp_path):
 import * as m from "./model.mjs";
 const [X, outside] = JSON.parse(process.argv[2]);
 const all = (f) => (f ? X.map(f) : null);
+const safe = m.safe ? X.map((x) => m.safe(m.predict(x))) : null;
 console.log(JSON.stringify([m.predict, m.gradient, m.std, m.stdGradient].map(all)
-    .concat([X.every(m.inRange), outside.some(m.inRange), m.inputs, m.outputs])));
+    .concat([safe, m.safeOutputs ?? null, X.every(m.inRange), outside.some(m.inRange), m.inputs, m.outputs])));
 """
     (tmp_path / "run.mjs").write_text(program)
     command = ["node", "run.mjs", json.dumps([X.tolist(), OUTSIDE.tolist()])]
     printed = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
-    predict, gradient, std, std_gradient, inside, outside, inputs, outputs = json.loads(printed)
+    predict, gradient, std, std_gradient, safe, named, inside, outside, inputs, outputs = json.loads(printed)
+    check_safe(safe, model)
+    assert named == (model.safe and [{"name": "speed_safe", "unit": "kt"}, {"name": "lift_N_safe", "unit": "N"}])
     check(model, predict=predict, gradient=np.array(gradient), std=std, std_gradient=std_gradient)
     assert (inside, outside) == (True, False)
     assert [(v["name"], v["unit"], v["least"], v["greatest"]) for v in inputs] == [
@@ -207,12 +248,15 @@ def test_onnx(model, form):
     dtype = {"onnx": np.float64, "onnx32": np.float32}[form]
     found = session.run(None, {"inputs": X.astype(dtype)})
     names = [output.name for output in session.get_outputs()]
-    assert names == (["outputs", "std"] if has_std(model) else ["outputs"])
+    assert names == ["outputs", *(["std"] if has_std(model) else []), *(["safe"] if model.safe else [])]
     assert json.loads(session.get_modelmeta().custom_metadata_map["inputs"]) == [list(v) for v in INPUTS]
     if form == "onnx":
         check(model, predict=found[0], std=found[1] if has_std(model) else None)
+        check_safe(found[-1] if model.safe else None, model)
         return
-    for values, expected in zip(found, [model.predict(X), has_std(model) and model.predict_std(X)], strict=False):
+    for values, expected in zip(
+        found[: 1 + has_std(model)], [model.predict(X), has_std(model) and model.predict_std(X)], strict=False
+    ):
         assert np.abs((values - expected) / np.ptp(model.predict(X), axis=0)).max() < 1e-6
 
 
@@ -272,6 +316,7 @@ def test_json(model):
     form = ClosedForm(document)
     std = [form.predict_std(x) for x in X.tolist()] if has_std(model) else document["std"]
     check(model, predict=[form.predict(x) for x in X.tolist()], std=std)
+    check_safe([form.safe(form.predict(x)) for x in X.tolist()] if "safe" in document else None, model)
     assert [list(pair) for pair in form.ranges] == RANGES.tolist()
     assert [(v["name"], v["unit"]) for v in document["outputs"]] == list(OUTPUTS)
     assert [[v["least"], v["greatest"]] for v in document["inputs"]] == RANGES.tolist()
