@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gtm_study.report.pdf import find_browser
+from gtm_study.report.browser import find_browser
 
 CHROMIUM = find_browser()
 FLAGS = (

@@ -15,7 +15,7 @@ import typer
 from gtm_fmu.core.library import library_path
 from gtm_fmu.extras import advice
 from gtm_study.commands.command import NO_SOLUTION
-from gtm_study.report.pdf import BROWSERS
+from gtm_study.report.browser import BROWSERS
 
 
 class Part(NamedTuple):

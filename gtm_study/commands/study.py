@@ -35,8 +35,8 @@ def study(
         return
     from gtm_study.paper.pipeline import run
     from gtm_study.paper.report import study_report
+    from gtm_study.report.browser import PDF, check_browser, write_pdf
     from gtm_study.report.page import PAGE, write_page
-    from gtm_study.report.pdf import PDF, check_browser, write_pdf
 
     if pdf:
         check_browser()

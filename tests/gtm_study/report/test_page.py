@@ -16,9 +16,9 @@ from gtm_study.kept import Part
 from gtm_study.paper import pipeline
 from gtm_study.paper.registry import COUNTERPARTS
 from gtm_study.paper.stages import STAGES, Sizes
+from gtm_study.report.browser import write_pdf
 from gtm_study.report.findings import findings
 from gtm_study.report.page import PAGE, write_page
-from gtm_study.report.pdf import write_pdf
 from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, assert_accessible, chromium, new_tab
 from tests.gtm_study.paper.test_report import RESULTS
 
@@ -224,7 +224,7 @@ class TestWithoutPdf:
 
     @pytest.mark.parametrize(
         ("script", "reason"),
-        [("echo no display >&2; exit 3", r"did not print the PDF \(no display\)"), ("exit 0", "printed no PDF of")],
+        [("echo no display >&2; exit 3", r"did not print the page \(no display\)"), ("exit 0", "made no study.pdf of")],
     )
     def test_browser_that_fails(self, tmp_path, monkeypatch, script, reason):
         """One sentence, and an older PDF stays."""
