@@ -17,10 +17,12 @@ from examples.path_planner.planner.flight import fly
 from examples.path_planner.planner.glides import Glides
 from examples.path_planner.planner.plan import NoPathError
 from examples.path_planner.planner.primitives import Leg, Manoeuvre
-from examples.path_planner.planner.scenario import Pose, Runway, Scenario
+from examples.path_planner.planner.scenario import Goal, Pose, Runway, Scenario
+from examples.path_planner.planner.tracks import FT_PER_M, heading_for_track
 from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
 
 FINAL_M = 600.0
+_FINAL_DEG, _ABOVE_CLEARANCE_FT = -3.0, 60.0
 _PART_S = 20.0
 """The glide is asked for again at least so often."""
 _NEAR_M = 2000.0
@@ -62,6 +64,36 @@ class Footprint:
     gamma_deg: float
     turns_deg_s: tuple[float, float]
     runways: tuple[Reach, ...]
+
+
+def is_clear_to(runway: Runway, legs: list[Leg], pose: Pose, scenario: Scenario) -> bool:
+    """Whether a path keeps its clearance, which shrinks to none over the last part before the threshold."""
+    for leg in legs:
+        north, east, altitude, heading = fly(pose, leg, np.linspace(0.0, leg.duration_s, 9), scenario)
+        away = np.hypot(north - runway.north_m, east - runway.east_m)
+        needed = scenario.clearance_ft * np.clip(away / _NEAR_M - 0.5, 0.0, 1.0)
+        height = altitude - scenario.terrain.height(north, east)
+        if (height < needed - 1.0).any():
+            return False
+        pose = Pose(float(north[-1]), float(east[-1]), float(altitude[-1]), float(heading[-1]))
+    return True
+
+
+def final_approach(runway: Runway, tas_kt: float, scenario: Scenario) -> tuple[Goal, Leg] | None:
+    """Where a powered final begins, and the final itself, on the runway's track; None where the wind is too strong."""
+    gamma = _FINAL_DEG * RAD_PER_DEG
+    along = tas_kt * M_S_PER_KT * math.cos(gamma)
+    held = heading_for_track(runway.heading_deg, along, scenario.wind)
+    if held is None:
+        return None
+    heading_deg, ground_m_s = held
+    height_ft = scenario.clearance_ft + _ABOVE_CLEARANCE_FT
+    seconds = height_ft / FT_PER_M / (tas_kt * M_S_PER_KT * math.sin(-gamma))
+    track, away = runway.heading_deg * RAD_PER_DEG, ground_m_s * seconds
+    north_m, east_m = runway.north_m - away * math.cos(track), runway.east_m - away * math.sin(track)
+    altitude_ft = runway.altitude_ft + height_ft
+    goal = Goal(north_m, east_m, 1.0, (altitude_ft, altitude_ft), heading_deg % 360.0)
+    return goal, Leg(Manoeuvre(_FINAL_DEG, tas_kt, 0.0), seconds)
 
 
 class Descent:
@@ -112,7 +144,10 @@ class Descent:
             start_m: length of the straight start through the air.
         """
         speed = self.tas_kt * M_S_PER_KT * math.cos(self.gamma_deg * RAD_PER_DEG)
-        start, heading = self.scenario.start, runway.heading_deg * RAD_PER_DEG
+        start, held = self.scenario.start, heading_for_track(runway.heading_deg, speed, self.scenario.wind)
+        if held is None:
+            return None
+        heading = held[0] * RAD_PER_DEG
         before: list[Move] = [(0.0, start_m / speed)]
         first = self.turns[kind // 2]
         before += [(first, 360.0 / abs(first))] * turns
@@ -142,24 +177,13 @@ class Descent:
             aim -= miss
         return None
 
-    def is_clear(self, legs: list[Leg], runway: Runway) -> bool:
-        """Whether a path keeps its clearance, which shrinks to none over the last part before the threshold."""
-        pose = self.scenario.start
-        for leg in legs:
-            north, east, altitude, heading = fly(pose, leg, np.linspace(0.0, leg.duration_s, 9), self.scenario)
-            away = np.hypot(north - runway.north_m, east - runway.east_m)
-            needed = self.scenario.clearance_ft * np.clip(away / _NEAR_M - 0.5, 0.0, 1.0)
-            height = altitude - self.scenario.terrain.height(north, east)
-            if (height < needed - 1.0).any():
-                return False
-            pose = Pose(float(north[-1]), float(east[-1]), float(altitude[-1]), float(heading[-1]))
-        return True
-
     def reach(self, runway: Runway) -> Reach:
         """The height of the best approach without anything that spends height."""
         found = [self.approach(runway, kind, 0, 0.0) for kind in range(4)]
         clear = [
-            pose.altitude_ft - runway.altitude_ft for legs, pose in filter(None, found) if self.is_clear(legs, runway)
+            pose.altitude_ft - runway.altitude_ft
+            for legs, pose in filter(None, found)
+            if is_clear_to(runway, legs, self.scenario.start, self.scenario)
         ]
         low = [pose.altitude_ft - runway.altitude_ft for _, pose in filter(None, found)]
         return Reach(runway, max(clear, default=min(max(low, default=-math.inf), -0.0) or -math.inf))
@@ -190,7 +214,7 @@ class Descent:
                 length = brentq(excess, start - _START_STEP_M, start, xtol=1e-3)
                 found = self.approach(runway, kind, turns, float(length))
                 if found is not None and abs(found[1].altitude_ft - runway.altitude_ft) < 5.0:
-                    return found[0] if self.is_clear(found[0], runway) else None
+                    return found[0] if is_clear_to(runway, found[0], self.scenario.start, self.scenario) else None
             before = now
         return None
 

@@ -12,12 +12,13 @@ from examples.path_planner.planner.costs import Margins
 from examples.path_planner.planner.field import CostToGo
 from examples.path_planner.planner.flight import fly
 from examples.path_planner.planner.glides import ENGINES_OUT, Glides, is_thrust_fixed
-from examples.path_planner.planner.landing import Descent, Footprint, path_to_a_runway
+from examples.path_planner.planner.landing import Descent, Footprint, final_approach, path_to_a_runway
 from examples.path_planner.planner.plan import Measures, NoPathError, Plan, Segment
 from examples.path_planner.planner.primitives import Leg, Manoeuvre, Primitives
 from examples.path_planner.planner.scenario import COSTS, Goal, Pose, Scenario
 from examples.path_planner.planner.search import Search, State
 from examples.path_planner.planner.sources import EnvelopeSource, ExactFmus, MapFmu
+from fmu_src.fmus import build_fmu
 from gtm_fmu.errors import InputError
 from gtm_fmu.units import M_S_PER_KT
 
@@ -34,13 +35,28 @@ def exact_fmus(folder: Path, scenario: Scenario) -> ExactFmus:
     Raises:
         InputError: an FMU that cannot be built, or a failure that they do not know.
     """
-    from fmu_src.fmus import build_fmu
+    manoeuvre = _built(folder, "GtmManoeuvreNative", "manoeuvre-native")
+    return ExactFmus(manoeuvre, _built(folder, "GtmEnvelopeNative", "envelope-native"), scenario.failure)
 
-    paths = [folder / "GtmManoeuvreNative.fmu", folder / "GtmEnvelopeNative.fmu"]
-    for path, name in zip(paths, ("manoeuvre-native", "envelope-native"), strict=True):
-        if not path.exists():
-            build_fmu(name, folder)
-    return ExactFmus(*paths, scenario.failure)
+
+MAPS = {"GtmSurrogateNative": "surrogate-native", "GtmThrustMapNative": "thrust-map-native"}
+"""FMUs of maps, and by which name they are built."""
+
+
+def map_fmu(folder: Path, scenario: Scenario, model: str = "GtmThrustMapNative") -> MapFmu:
+    """A map as the source, from a folder; built where it is missing.
+
+    Raises:
+        InputError: as `exact_fmus`, or a failure of more than the rudder.
+    """
+    return MapFmu(_built(folder, model, MAPS[model]), scenario.failure)
+
+
+def _built(folder: Path, model: str, name: str) -> Path:
+    path = folder / f"{model}.fmu"
+    if not path.exists():
+        build_fmu(name, folder)
+    return path
 
 
 def plan(
@@ -58,6 +74,8 @@ def plan(
     if scenario.goal is None and is_thrust_fixed(scenario.failure):
         return _glide_to_a_runway(scenario, source)
     tas_kt = scenario.tas_kt or safest_speed(scenario, source)
+    if scenario.goal is None:
+        return _powered_landing(scenario, source, tas_kt)
     found = _plan_for(scenario, source, tas_kt, scenario.cost.of)
     if not alternatives:
         return found
@@ -68,6 +86,27 @@ def plan(
                 say(of)
             others.append(_plan_for(scenario, source, tas_kt, of))
     return replace(found, alternatives=tuple(others))
+
+
+def _powered_landing(scenario: Scenario, source: ExactFmus | MapFmu, tas_kt: float) -> Plan:
+    """To the runway of least cost, with its final."""
+    found: list[Plan] = []
+    reasons: list[str] = []
+    for runway in scenario.runways:
+        final = final_approach(runway, tas_kt, scenario)
+        if final is None:
+            reasons.append(f"The wind is too strong across runway {runway.name}.")
+            continue
+        there = replace(scenario, goal=final[0])
+        try:
+            one = _plan_for(there, source, tas_kt, scenario.cost.of, (final[1],))
+        except NoPathError as error:
+            reasons.append(str(error))
+            continue
+        found.append(replace(one, name=f"{one.name}, to {runway.name}"))
+    if not found:
+        raise NoPathError(f"No runway can be reached. {reasons[0]}")
+    return min(found, key=lambda each: each.cost)
 
 
 def footprint(scenario: Scenario, source: ExactFmus) -> Footprint:
@@ -91,7 +130,7 @@ def _glide_to_a_runway(scenario: Scenario, source: ExactFmus | MapFmu) -> Plan:
     glides = Glides(source, scenario.failure)
     try:
         runway, legs = path_to_a_runway(Descent(scenario, glides))
-        margins = Margins(source, scenario.failure, replace(scenario.cost, engine_out=False))
+        margins = Margins(glides, scenario.failure, replace(scenario.cost, engine_out=False))
         found = told(f"glide to {runway.name}", scenario, legs, glides, margins, sum(leg.duration_s for leg in legs))
         return replace(found, seconds=time.perf_counter() - began, queries=glides.queries - asked)
     finally:
@@ -116,37 +155,48 @@ def check_start(scenario: Scenario) -> None:
 
 
 def safest_speed(scenario: Scenario, source: EnvelopeSource) -> float:
-    """The speed in kn with the most margin in level flight at the start, now and after a second failure.
+    """The speed in kn with the most margin at the start, now and after a second failure.
 
-    Of speeds at which the aircraft turns both ways, if there are any; a second failure that leaves nothing at any speed
-    is of no consequence for the choice.
+    On the flight path next to level on which flight is possible, and of speeds at which the aircraft turns both ways,
+    if there are any. A second failure that leaves nothing at any speed is of no consequence for the choice.
 
     Raises:
         NoPathError: no steady flight is possible.
     """
-    altitude = scenario.start.altitude_ft
     margins = Margins(source, scenario.failure, scenario.cost)
-    speeds = source.speeds(altitude, 0.0, scenario.failure)
-    if speeds is None:
-        raise NoPathError(_no_envelope(scenario, source))
-    found = []
-    for tas in (float(each) for each in np.linspace(*speeds, _SPEEDS + 2)[1:-1]):
-        ends = source.turn_rates(altitude, 0.0, tas)
-        if ends is None:
+    altitude, found = scenario.start.altitude_ft, []
+    for gamma in sorted(scenario.gammas_deg, key=lambda each: (abs(each), each)):
+        speeds = source.speeds(altitude, gamma, scenario.failure)
+        if speeds is None:
             continue
-        after = [m for m in margins.after(altitude, 0.0, tas).values() if m is not None]
-        turns_both_ways = ends[0] < 0 < ends[1]
-        found.append((turns_both_ways, min([tas - speeds[0], speeds[1] - tas, *after]), float(round(tas))))
-    if not found:
-        raise NoPathError(_no_envelope(scenario, source))
-    return max(found)[-1]
+        for tas in (float(each) for each in np.linspace(*speeds, _SPEEDS + 2)[1:-1]):
+            ends = source.turn_rates(altitude, gamma, tas)
+            if ends is not None:
+                after = [m for m in margins.after(altitude, gamma, tas).values() if m is not None]
+                margin = min([tas - speeds[0], speeds[1] - tas, *after])
+                found.append((ends[0] < 0 < ends[1], margin, float(round(tas))))
+        if found:
+            return max(found)[-1]
+    raise NoPathError(_no_envelope(scenario, source))
 
 
 def _no_envelope(scenario: Scenario, source: EnvelopeSource) -> str:
-    return f"No steady flight is left at {scenario.start.altitude_ft:g} ft after this failure."
+    """With the nearest flight path and the nearest altitude that leave some."""
+    start, failure = scenario.start, scenario.failure
+    text = f"No steady flight on any of the flight paths is left at {start.altitude_ft:g} ft after this failure"
+    paths = [g for g in np.arange(-20.0, 20.5, 0.5).tolist() if source.speeds(start.altitude_ft, g, failure)]
+    if paths:
+        return f"{text}; the nearest that is possible there is {min(paths, key=abs):g} deg."
+    altitudes = np.arange(0.0, 30_000.0, 1000.0).tolist()
+    lower = [h for h in altitudes if any(source.speeds(h, g, failure) for g in scenario.gammas_deg)]
+    if lower:
+        nearest = min(lower, key=lambda h: abs(h - start.altitude_ft))
+        return f"{text}; the nearest altitude that leaves some is {nearest:g} ft."
+    return f"{text}, nor at any other altitude."
 
 
-def _plan_for(scenario: Scenario, source: EnvelopeSource, tas_kt: float, of: str) -> Plan:
+def _plan_for(scenario: Scenario, source: EnvelopeSource, tas_kt: float, of: str, final: tuple[Leg, ...] = ()) -> Plan:
+    """The path of least cost to the scenario's goal, with legs that follow there."""
     began, asked = time.perf_counter(), source.queries
     margins = Margins(source, scenario.failure, replace(scenario.cost, of=of))
     goal = scenario.goal
@@ -175,11 +225,13 @@ def _plan_for(scenario: Scenario, source: EnvelopeSource, tas_kt: float, of: str
         return rate(altitude_ft, Manoeuvre(gamma_deg, tas_kt, 0.0), level_m_s)
 
     to_go = CostToGo(scenario, goal, tas_kt, coarse)
-    search = Search(scenario, goal, primitives, rate, to_go, margins.least_rate(fastest) / fastest)
+    slowest = max(level_m_s - math.hypot(*scenario.wind), 0.0)
+    least = margins.least_rate(fastest) / fastest, margins.least_rate(slowest)
+    search = Search(scenario, goal, primitives, rate, to_go, *least)
     states = search.run()
     if states is None:
         raise NoPathError(_no_path(scenario, goal, search))
-    legs = merged([leg for state in states for leg in state.legs])
+    legs = merged([leg for state in states for leg in state.legs] + list(final))
     found = told(of, scenario, legs, source, margins, states[-1].cost)
     return replace(found, seconds=time.perf_counter() - began, queries=source.queries - asked)
 

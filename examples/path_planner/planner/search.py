@@ -23,7 +23,8 @@ from examples.path_planner.planner.tracks import over_ground
 from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
 
 _CELL_M, _CELL_FT, _CELL_DEG = 250.0, 100.0, 15.0
-MOST_STATES = 20_000
+MOST_STATES, _ENOUGH_STATES = 20_000, 4_000
+"""How many are looked at until there is a path, and until the best path so far is taken."""
 _TOLERANCE = 1.01
 """A path that costs so much more than the least one is good enough."""
 
@@ -62,10 +63,17 @@ class Search:
     """
 
     def __init__(
-        self, scenario: Scenario, goal: Goal, primitives: Primitives, rate: Rate, to_go: CostToGo, least_per_m: float
+        self,
+        scenario: Scenario,
+        goal: Goal,
+        primitives: Primitives,
+        rate: Rate,
+        to_go: CostToGo,
+        least_per_m: float,
+        least_per_s: float,
     ) -> None:
         self.scenario, self.goal, self.primitives = scenario, goal, primitives
-        self.rate, self.to_go, self.least_per_m = rate, to_go, least_per_m
+        self.rate, self.to_go, self.least_per_m, self.least_per_s = rate, to_go, least_per_m, least_per_s
         self.turns = self._turns(scenario.start.altitude_ft)
         self.nearest = self._start()
         self.states = 0
@@ -104,6 +112,7 @@ class Search:
         """What paths from these poses (n) cost at least: over the terrain, or along turn, straight and turn."""
         away = np.maximum(np.hypot(self.goal.north_m - north, self.goal.east_m - east) - self.goal.radius_m, 0.0)
         over_terrain = self.to_go(north, east, altitude) - self.to_go.spacing[0] * self.least_per_m
+        over_terrain[np.isinf(over_terrain)] = 0.0  # the grid is too coarse to say that nothing leads on
         least = np.maximum(away * self.least_per_m, over_terrain)
         if self.turns is None:
             return least
@@ -115,7 +124,7 @@ class Search:
             end = self.goal.north_m - wind.north_m_s * time, self.goal.east_m - wind.east_m_s * time, end_heading
             length = dubins.lengths_m(north, east, heading_deg * RAD_PER_DEG, end, radii)
             time = np.where(np.isfinite(length), length, 0.0) / speed
-        return np.maximum(least, time * speed * self.least_per_m)
+        return np.maximum(least, time * self.least_per_s)
 
     def _cell(self, pose: Pose) -> tuple[int, ...]:
         return (
@@ -126,7 +135,9 @@ class Search:
         )
 
     def _next(self, state: State) -> Iterator[State]:
-        if self.states >= MOST_STATES or state.cost + state.estimate >= self._least_cost / _TOLERANCE:
+        if self.states >= (MOST_STATES if math.isinf(self._least_cost) else _ENOUGH_STATES):
+            return
+        if state.cost + state.estimate >= self._least_cost / _TOLERANCE:
             return
         if self._best.get(self._cell(state.pose), math.inf) < state.cost:
             return
@@ -180,8 +191,7 @@ class Search:
         best: State | None = None
         gammas = self.scenario.gammas_deg[0], self.scenario.gammas_deg[-1]
         for legs in connections(state.pose, target, self.primitives.tas_kt, self.turns, gammas, self.scenario.wind):
-            speed = self.primitives.tas_kt * M_S_PER_KT
-            if sum(leg.duration_s for leg in legs) * speed * self.least_per_m >= most and not any(self.scenario.wind):
+            if sum(leg.duration_s for leg in legs) * self.least_per_s >= most:
                 continue
             found = flown(state.pose, legs, state.manoeuvre, self.scenario, self.primitives, self.rate, most)
             if found is not None:
