@@ -13,7 +13,7 @@ LAYER_FT = 250.0
 """Between altitudes at which the FMU is asked while a path is sought."""
 SAMPLES = 8
 """Points of a manoeuvre at which the ground is looked at."""
-_STRAIGHT_M, _TURNED_DEG = 500.0, 15.0
+_STRAIGHT_M, _TURNED_DEG, _LEAST_TURN_DEG_S = 500.0, 15.0, 0.3
 
 
 class Manoeuvre(NamedTuple):
@@ -81,12 +81,16 @@ class Primitives:
         return tuple(found)
 
     def rates(self, ends: tuple[float, float]) -> tuple[float, ...]:
-        """Turn rates in deg/s to choose from; zero only where the aircraft can fly straight."""
+        """Turn rates in deg/s to choose from; zero only where the aircraft can fly straight and turn both ways."""
         left, right = ends
-        if left < 0 < right:
+        if left < -_LEAST_TURN_DEG_S and right > _LEAST_TURN_DEG_S:
             return (self.reserve * left, 0.5 * left, 0.0, 0.5 * right, self.reserve * right)
-        kept = 0.5 * (1 - self.reserve) * (right - left)
-        return left + kept, 0.5 * (left + right), right - kept
+        loose, tight = sorted(ends, key=abs)
+        side = math.copysign(1.0, tight)
+        slow, fast = max(side * loose, 0.0) / self.reserve + _LEAST_TURN_DEG_S, abs(tight) * self.reserve
+        if slow >= fast:
+            return (0.5 * (left + right),)
+        return side * slow, side * math.sqrt(slow * fast), side * fast
 
     def _leg(self, manoeuvre: Manoeuvre) -> Leg:
         if manoeuvre.turn_rate_deg_s:
