@@ -30,6 +30,14 @@ def save_figure(figure: "Figure", path: Path) -> None:
         write_whole(path, lambda partial: figure.savefig(partial, format=ending, **metadata))
 
 
+def save_figures(figure: "Figure", stem: Path) -> list[Path]:
+    """Write a figure as .svg and as .png, and return the files."""
+    paths = [stem.with_name(f"{stem.name}{ending}") for ending in (".svg", ".png")]
+    for path in paths:
+        save_figure(figure, path)
+    return paths
+
+
 def check_picture(path: Path) -> None:
     """Refuse the name of neither a picture nor a page, before anything is computed for it.
 

@@ -1,6 +1,6 @@
 """A figure or table of the paper beside what the study has in its place."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -57,6 +57,6 @@ class Counterpart:
         return self.find(results)
 
 
-def table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> dict[str, list[Any]]:
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> dict[str, list[Any]]:
     """A table as the results of a stage hold it."""
     return {"heads": list(heads), "rows": [list(row) for row in rows]}

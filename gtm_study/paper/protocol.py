@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from gtm_fmu.datasets import off_lattice, paper
 from gtm_fmu.progress import Advance
-from gtm_study.files import save_figure
+from gtm_study.files import save_figures
 from gtm_study.kept import Kept
 from gtm_study.paper import protocol_figures, published
 from gtm_study.paper.lattice import members
@@ -34,6 +34,8 @@ from surrogate.training.selection import squared_errors
 from surrogate.training.train import METHODS, Method
 
 TEST_FRACTION = 0.1
+OUTLIERS = np.array(published.OUTLIERS)
+"""Cases (4, 4) of paper Figs. 24-27 and 29-32."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,14 @@ class Protocol:
     jobs: int = 1
     schedule: Schedule | None = None
     """Of the networks' training; None: the trainers' own."""
+    hidden: int = 10
+    most_local_models: int | None = None
+    """Of a local model network; None: the trainer's own."""
     neuron_counts: tuple[int, ...] = tuple(range(1, 21))
     neuron_iterations: int = 10
     """The appendix: 1 to 20 hidden neurons, the process iterated 10 times."""
+    shown: int = 0
+    """The seed of the split whose figures are drawn."""
 
     def split(self, seed: int, data_set: int = 6) -> Split:
         """The split of a seed; the independent part is that of the whole data set, whichever set is trained on."""
@@ -85,26 +92,36 @@ class Protocol:
         def computed() -> dict[str, Any]:
             values, figures = compute()
             for title, figure in figures.items():
-                drawn.append(self.folder / f"{title}.png")
-                save_figure(figure, drawn[-1])
+                drawn.extend(save_figures(figure, self.folder / title))
             return values
 
         kept = Kept(self.folder, lattice=self.lattice.key, rounds=self.rounds, schedule=self.schedule)
-        return kept.part(name, computed, lambda: drawn, neurons=self.neuron_counts, iterations=self.neuron_iterations)
+        sizes: dict[str, Any] = {
+            "hidden": self.hidden,
+            "most_local_models": self.most_local_models,
+            "shown": self.shown,
+        }
+        sizes |= {"neurons": self.neuron_counts, "iterations": self.neuron_iterations}
+        return kept.part(name, computed, lambda: drawn, **sizes)
 
-    def networks(self, method: Method, seed: int, advance: Advance, data_set: int = 6) -> dict[str, Any]:
-        """Algorithm 1 with a method on a data set."""
+    def networks(
+        self, method: Method, seed: int, advance: Advance, data_set: int = 6, selection: Selection | None = None
+    ) -> dict[str, Any]:
+        """Algorithm 1 with a method on a data set; `selection`: what it gave, where it has run already."""
 
         def compute() -> tuple[dict[str, Any], dict[str, Figure]]:
-            selection = self._select(method, seed, self.split(seed, data_set), advance)
-            values = self._scores(selection, squared_errors(selection.network, selection.X, selection.Y))
-            values["epochs"] = [len(history.sse) - 1 for history in selection.histories]
-            values["off_lattice"] = _off_lattice(selection.network.predict)
-            values["metrics"] = selection.network.metrics
-            drawn = seed == 0 and data_set == 6
-            return values, _network_figures(selection, method) if drawn else {}
+            found = selection or self._select(method, seed, self.split(seed, data_set), advance)
+            return self._networks(found, method, seed == self.shown and data_set == 6)
 
         return self.part(f"{method}-set{data_set}-split{seed}", compute)
+
+    def _networks(self, selection: Selection, method: Method, drawn: bool) -> tuple[dict[str, Any], dict[str, Figure]]:
+        values = self._scores(selection, squared_errors(selection.network, selection.X, selection.Y))
+        values["epochs"] = [len(history.sse) - 1 for history in selection.histories]
+        values["off_lattice"] = _off_lattice(selection.network.predict)
+        values["metrics"] = selection.network.metrics
+        values["outliers"] = selection.network.predict(OUTLIERS).tolist()
+        return values, _network_figures(selection, method) if drawn else {}
 
     def local_models(self, seed: int, advance: Advance, data_set: int = 6) -> dict[str, Any]:
         """Algorithm 2 on a data set."""
@@ -119,6 +136,7 @@ class Protocol:
                 seed=seed,
                 split=self.split(seed, data_set),
                 jobs=self.jobs,
+                max_models=self.most_local_models,
                 progress=advance,
             )
             squares = ((selection.predict(X) - Y) / np.ptp(Y, axis=0)) ** 2
@@ -131,7 +149,8 @@ class Protocol:
                 for c in selection.best(selection.selected)
             ]
             values["off_lattice"] = _off_lattice(selection.predict)
-            drawn = seed == 0 and data_set == 6
+            values["outliers"] = selection.predict(OUTLIERS).tolist()
+            drawn = seed == self.shown and data_set == 6
             return values, _growth_figures(selection) if drawn else {}
 
         return self.part(f"local_models-set{data_set}-split{seed}", compute)
@@ -150,7 +169,9 @@ class Protocol:
 
         return self.part(f"neurons-split{seed}", compute)
 
-    def _select(self, method: Method, seed: int, split: Split, advance: Advance, hidden: int = 10) -> Selection:
+    def _select(
+        self, method: Method, seed: int, split: Split, advance: Advance, hidden: int | None = None
+    ) -> Selection:
         return select_network(
             self.lattice.X,
             self.lattice.Y,
@@ -159,7 +180,7 @@ class Protocol:
             seed=seed,
             method=method,
             split=split,
-            hidden=hidden,
+            hidden=hidden or self.hidden,
             schedule=self.schedule,
             progress=advance,
         )
@@ -203,7 +224,7 @@ def run(protocol: Protocol, splits: int, data_set_splits: int, stage: Callable) 
         neurons = protocol.neurons(0, advance)
     results = {"networks": methods, "local_models": local, "data_sets": data_sets, "neurons": neurons}
     for title, figure in protocol_figures.figures(results).items():
-        save_figure(figure, protocol.folder / f"{title}.png")
+        save_figures(figure, protocol.folder / title)
     return results
 
 
@@ -227,7 +248,11 @@ def _network_figures(selection: Selection, method: Method) -> dict[str, Figure]:
 
 
 def _growth_figures(selection: LocalSelection) -> dict[str, Figure]:
-    """Figs. 20-22: the growth of all six networks of V_max in the selected round."""
+    """Figs. 20-22: the growth of the best network of V_max in the selected round, and of all six."""
     six = selection.candidates[selection.selected][-1]
     growths = {f"{c.algorithm.upper()}, {c.local_model.replace('_', ' ')}": c.growth for c in six}
-    return {f"growth_{part}": plot_growth(growths, part) for part in ("training", "validation")}
+    best = selection.best(selection.selected)[-1].growth
+    return {
+        "growth_best": protocol_figures.plot_best_growth(best),
+        **{f"growth_{part}": plot_growth(growths, part) for part in ("training", "validation")},
+    }

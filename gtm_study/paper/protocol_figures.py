@@ -1,12 +1,19 @@
 """Figures of the comparison of networks (paper Figs. 10, 17-19, 23, 28, 41)."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from gtm_fmu.envelopes.boundary import Boundary
+from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_study import style
+from gtm_study.figures import captions
 from gtm_study.paper import published
+from surrogate.training.local_training import Growth
+
+Pair = tuple[float, float]
 
 MSE = "mean squared error on [0, 1]"
 COLOURS = {
@@ -21,6 +28,8 @@ NAMES = {
     "local_models": "local model networks",
 }
 OUTPUTS = ("$V_{min}$", "$V_{max}$")
+LINES = tuple(zip((style.BLACK, style.BLUE, style.VERMILION, style.GREEN), style.DASHES, strict=False))
+"""Colour and dashes of the exact speeds and of the models'."""
 
 
 def figures(results: dict[str, Any]) -> dict[str, Figure]:
@@ -41,7 +50,7 @@ def figures(results: dict[str, Any]) -> dict[str, Figure]:
     }
 
 
-def plot_rounds(methods: dict[str, dict[str, Any]], title: str) -> Figure:
+def plot_rounds(methods: Mapping[Any, dict[str, Any]], title: str) -> Figure:
     """Errors of the networks of all rounds on the independent test data, the selected ones marked."""
     figure, axes = _figure()
     for name, part in methods.items():
@@ -126,6 +135,38 @@ def plot_data_sets(data_sets: dict[int, list[dict[str, Any]]]) -> Figure:
     samples = [f"{n}\n({data_sets[n][0]['network']['samples']})" for n in numbers]
     axes.set_xticks(numbers, samples)
     axes.set(xlabel="data set (training samples here)", ylabel=f"{MSE}, independent test")
+    return _finished(figure, axes)
+
+
+def plot_best_growth(growth: Growth) -> Figure:
+    """Errors of a local model network by its models as it grows, on both parts of its data (Fig. 20)."""
+    figure, axes = _figure()
+    models = np.arange(1, len(growth.parameters) + 1)
+    axes.semilogy(models, growth.training_mse, "o-", ms=4, color=style.BLUE, label="training data")
+    axes.semilogy(models, growth.validation_mse, "s--", ms=4, color=style.ORANGE, label="validation data")
+    kept = f"kept: {growth.best} models, {growth.parameters[growth.best - 1]:.0f} parameters"
+    axes.axvline(growth.best, color="k", ls=":", label=kept)
+    axes.set(xlabel="local models", ylabel=MSE)
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    return _finished(figure, axes)
+
+
+def plot_outlier(
+    condition: FlightCondition, exact_kt: Pair, estimates_kt: Mapping[str, Pair], boundary: Boundary
+) -> Figure:
+    """The envelope of a flight condition, and V_min and V_max as models estimate them (Figs. 24-27, 29-32)."""
+    figure, axes = _figure()
+    for rate, speed in boundary.outlines:
+        axes.fill(rate, speed, color="0.85", lw=0)
+        axes.plot(rate, speed, color="0.35", lw=1.2)
+    for k, (name, speeds) in enumerate({"exact": exact_kt, **estimates_kt}.items()):
+        line: dict[str, Any] = {"color": LINES[k][0], "ls": LINES[k][1], "lw": 1.8}
+        for end, speed_kt in enumerate(speeds):
+            label = f"{name}: {speeds[0]:.1f} .. {speeds[1]:.1f} kn" if end == 0 else None
+            axes.axhline(speed_kt, label=label, **line)
+    axes.set(xlabel=captions.TURN_RATE.tex, ylabel=captions.SPEED.tex)
+    failed = captions.failure(condition.failure)
+    axes.set_title(f"{captions.condition(condition.altitude_ft, condition.gamma_deg)}, {failed}", fontsize="medium")
     return _finished(figure, axes)
 
 

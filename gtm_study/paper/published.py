@@ -60,3 +60,32 @@ SECOND_ORDER_INDICES = {
     "v_min_kt": {"altitude_ft,gamma_deg": 0.0, "rudder_lower_deg,rudder_upper_deg": 0.1113},
 }
 """Table 15: ST less S, which the paper calls interaction; 0.0 is printed there as "≈ 0"."""
+
+TRAJECTORIES = 12000
+"""Section IV-C: of the elementary effects; radial, by a Latin hypercube, 60 000 evaluations."""
+
+EVALUATIONS = 3_000_000
+"""Section IV-C, Figs. 39-40: of the variance-based indices, in about 100 minutes; 30 000 a minute (section IV-A)."""
+
+OUTLIERS = (
+    (30000.0, 1.0, -30.0, 10.0),
+    (30000.0, 0.0, 10.0, 10.0),
+    (10000.0, -5.0, 25.0, 25.0),
+    (10000.0, -4.0, 25.0, 25.0),
+)
+"""Figs. 24-27 and 29-32: altitude in ft, flight path and limits of the rudder in deg. 25 deg is no level of Table 3."""
+
+BEST_NETWORK = {"bayesian_regularization": 4, "levenberg_marquardt": 13, "local_models": 18}
+"""Section III-D: of the 20."""
+
+LARGE_ERRORS = (7, 9, 15)
+"""Fig. 10, Table 6: networks by Levenberg-Marquardt with larger errors."""
+
+BEST_GROWTH = {"models": 24, "parameters": 452}
+"""Figs. 20-22: of the best local model network of V_max, of quadratic models by HILOMOT."""
+
+NEURONS = 10
+"""Appendix, Fig. 41: hidden neurons beyond which the errors fall no more; 1 to 4 gain much, 5 to 9 scatter."""
+
+MODEL_EVALUATIONS_A_MINUTE = 30_000
+"""Section IV-A: of the emulator."""

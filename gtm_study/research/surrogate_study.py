@@ -3,6 +3,7 @@
 Every model is a part of the results that is kept as soon as it is done, so that a stopped run goes on from there.
 """
 
+import io
 import json
 import re
 import time
@@ -103,8 +104,12 @@ def contenders() -> dict[str, Contender]:
     return paper_s | better_data | jam_maps
 
 
-def run(folder: Path, only: str | None = None, console: Console | None = None) -> dict[str, Any]:
+def run(
+    folder: Path, only: str | None = None, console: Console | None = None, advance: Advance | None = None
+) -> dict[str, Any]:
     """Fit and measure every model, or those whose name holds ``only``, and return the results.
+
+    Progress is shown by a bar for each model on the console, or told to ``advance``: models done, all.
 
     Raises:
         InputError: the folder cannot be written, or no model has such a name.
@@ -117,11 +122,14 @@ def run(folder: Path, only: str | None = None, console: Console | None = None) -
         names = ", ".join(sorted({part for part, _ in jobs} | {name.split(",")[0] for _, name in jobs}))
         raise InputError(f"No model is named like {only!r}: give some of {names}.")
     results: dict[str, Any] = {"provenance": provenance()}
-    with stages(console or Console(stderr=True)) as stage:
-        for (part, name), job in jobs.items():
+    quiet = Console(file=io.StringIO()) if advance else Console(stderr=True)
+    with stages(console or quiet) as stage:
+        for done, ((part, name), job) in enumerate(jobs.items()):
             if (part, name) in wanted and kept.find(_file(part, name)) is None:
-                with stage(f"{name}"[:36]) as advance:
-                    kept.part(_file(part, name), partial(_found, job, advance))
+                with stage(f"{name}"[:36]) as steps:
+                    kept.part(_file(part, name), partial(_found, job, steps))
+            if advance:
+                advance(done + 1, len(jobs))
             if (found := kept.find(_file(part, name))) is not None:
                 results.setdefault(part, {})[name] = found.values["found"]
     write_text(json.dumps(results, indent=1, allow_nan=False), folder / RESULTS_FILE)

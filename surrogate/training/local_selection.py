@@ -61,11 +61,13 @@ def select_local_models(
     test_fraction: float = 0.1,
     split: Split | None = None,
     jobs: int = 1,
+    max_models: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> LocalSelection:
     """Run Algorithm 2 on the inputs X (N, d) and targets Y (N, m), in `jobs` processes.
 
-    The split is that of Algorithm 1 with the same seed. `progress(rounds x outputs done, all)`.
+    The split is that of Algorithm 1 with the same seed. No network grows beyond `max_models` local models (None: those
+    of `LocalSettings`). `progress(rounds x outputs done, all)`.
     """
     from joblib import Parallel, delayed
 
@@ -73,10 +75,11 @@ def select_local_models(
     split = split or split_samples(len(X), rounds, test_fraction, seed)
     rounds, m = len(split.training), len(outputs)
     tasks = list(product(range(rounds), range(m)))
+    most = LocalSettings.max_models if max_models is None else max_models
 
     def calls() -> Iterator:
         for j, o in tasks:
-            yield delayed(_six)(X, Y[:, [o]], list(inputs), [outputs[o]], split.training[j], split.test[j])
+            yield delayed(_six)(X, Y[:, [o]], list(inputs), [outputs[o]], split.training[j], split.test[j], most)
 
     found = []
     for six in Parallel(n_jobs=jobs, return_as="generator")(calls()):
@@ -104,6 +107,7 @@ def _six(
     outputs: Sequence[tuple[str, str]],
     rows: np.ndarray,
     validation_rows: np.ndarray,
+    max_models: int,
 ) -> tuple[Candidate, ...]:
     candidates = []
     for algorithm, local_model in product(ALGORITHMS, LOCAL_MODELS):
@@ -115,7 +119,7 @@ def _six(
             rows=rows,
             algorithm=algorithm,
             validation_rows=validation_rows,
-            settings=LocalSettings(local_model),
+            settings=LocalSettings(local_model, max_models=max_models),
         )
         candidates.append(Candidate(algorithm, local_model, network, growth))
     return tuple(candidates)
