@@ -33,6 +33,9 @@ TRAINING_SAMPLES = {1: 260, 2: 261, 3: 344, 4: 71, 5: 88, 6: 1102}
 MSE_ANN = {1: 1.1746e-3, 2: 1.7366e-3, 3: 2.4953e-4, 4: 5.7781e-3, 5: 1.5934e-3, 6: 9.4251e-5}
 """Table 14: data set -> independent-test MSE of the best neural network (Bayesian regularisation for the whole set)."""
 
+MSE_ORDER = 1e-4
+"""Section III-D, Fig. 10: order of the errors of both trainings."""
+
 MSE_LMN = {1: 1.2526e-3, 2: 4.7900e-3, 3: 1.9966e-3, 4: 1.2519e-2, 5: 2.8904e-3, 6: 1.2278e-4}
 """Table 14: data set -> independent-test MSE of the best local model network."""
 

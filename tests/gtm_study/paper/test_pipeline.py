@@ -1,5 +1,6 @@
 """The study end to end at a small size: what it leaves, that it says the same again, and that it can be stopped."""
 
+import inspect
 import io
 import json
 import re
@@ -19,9 +20,11 @@ from gtm_fmu.datasets import lattice as dataset
 from gtm_fmu.datasets import off_lattice
 from gtm_fmu.envelopes.envelope import envelope
 from gtm_fmu.errors import InputError
+from gtm_study.commands.study import study
 from gtm_study.paper import comparisons, pipeline
+from gtm_study.paper.registry import COUNTERPARTS, ours, verdict
 from gtm_study.paper.rudder_grid import Cells
-from gtm_study.paper.stages import STAGES, Sizes
+from gtm_study.paper.stages import LEVELS, STAGES, USUAL_LEVEL, Sizes
 from gtm_study.report.page import PAGE, write_page
 from surrogate.rudder.emulator import RudderEmulator
 from tests.gtm_study.looks import alike
@@ -29,13 +32,14 @@ from tests.gtm_study.looks import alike
 pytestmark = pytest.mark.slow
 
 PICTURES = {
-    f"{name}.png"
-    for name in ("envelope_jams", "regression", "performance", "errors", "emulator_jams", "indices", "failures")
+    f"{name}{ending}"
+    for name in ("envelope_jams", "bayesian_regularization_networks", "emulator_jams", "indices", "failures")
+    for ending in (".png", ".svg")
 }
 NETWORKS = {"rudder_speeds.json", "rudder_throttle.json"}
 FMUS = {"GtmDynamics.fmu", "GtmSurrogate.fmu"}
 PROMISED = {PAGE, *PICTURES, *NETWORKS, *FMUS, "envelopes.zarr", "results.json", "results.md"}
-ALTITUDES_FT, GAMMAS_DEG, RUDDERS_DEG = (0.0, 20000.0), (-4.0, 0.0, 4.0), (-20.0, 0.0, 20.0)
+ALTITUDES_FT, GAMMAS_DEG, RUDDERS_DEG = (0.0, 20000.0), (-5.0, 0.0, 5.0), (-20.0, -10.0, 0.0, 10.0, 20.0)
 TRIMS, EPOCHS, ROUNDS = 6, 5, 2
 
 
@@ -54,6 +58,16 @@ SMALL = Sizes(
     hidden=3,
     epochs=EPOCHS,
     finer_cells=Cells(4, 4, 12),
+    path_levels=(2, 3),
+    most_local_models=2,
+    neuron_counts=(1, 2),
+    neuron_iterations=2,
+    splits=2,
+    data_set_splits=1,
+    trajectories=16,
+    base_rows=256,
+    mirrored_cases=4,
+    scanned_cases=1,
 )
 
 
@@ -107,6 +121,8 @@ class TestFiles:
 
     def test_pictures(self, folder):
         for path in folder.glob("*.png"):
+            if path.name.startswith(("effects", "neurons", "outlier")):
+                continue  # little ink at this size
             pixels = matplotlib.image.imread(path)
             assert min(pixels.shape[:2]) > 300
             assert pixels[..., :3].std() > 0.02, f"{path.name} is blank"
@@ -123,11 +139,11 @@ class TestFiles:
 
     def test_data_set(self, folder):
         data = dataset.view(folder / "envelopes.zarr")
-        assert dict(data.sizes) == {"altitude": 2, "gamma": 3, "failure": 6}
+        assert dict(data.sizes) == {"altitude": 2, "gamma": 3, "failure": 15}
         assert sorted(set(data.rudder_lower.values)) == list(RUDDERS_DEG)
-        exact = envelope(20000, -4, ControlLimits(rudder_deg=(0, 20)))
+        exact = envelope(20000, -5, ControlLimits(rudder_deg=(0, 20)))
         failure = np.flatnonzero((data.rudder_lower == 0) & (data.rudder_upper == 20)).item()
-        found = data.sel(altitude=20000, gamma=-4).isel(failure=failure)
+        found = data.sel(altitude=20000, gamma=-5).isel(failure=failure)
         assert (float(found.v_min), float(found.v_max)) == (exact.v_min_kt, exact.v_max_kt)
 
     def test_networks(self, folder):
@@ -137,13 +153,14 @@ class TestFiles:
             assert network.provenance["restart"] in range(ROUNDS)
             assert network.provenance["epochs"] <= EPOCHS
             assert len(network.provenance["aerodynamic_data_sha256"]) == 64
-            np.testing.assert_array_equal(network.input_ranges, [(0, 20000), (-4, 4), (-20, 20), (-20, 20)])
+            np.testing.assert_array_equal(network.input_ranges, [(0, 20000), (-5, 5), (-20, 20), (-20, 20)])
 
 
 class TestResults:
     def test_counts(self, folder, results):
         data = dataset.view(folder / "envelopes.zarr")
-        assert results["lattice"] == {"cases": 36, "feasible": int(data.feasible.sum())}
+        assert results["lattice"]["cases"] == 90
+        assert results["lattice"]["feasible"] == int(data.feasible.sum())
         assert results["networks"]["samples"] == results["lattice"]["feasible"]
         assert results["trims"]["trims"] == TRIMS
         assert results["networks"]["off_lattice"]["all"]["cases"] == off_lattice.CASES
@@ -175,6 +192,39 @@ class TestResults:
         assert set(results["sensitivity"]["failures"]) == {"controls", "everything"}
 
 
+class TestRegistry:
+    """Every figure and table of the paper that has a counterpart is there once its stage is finished."""
+
+    def test_each_is_judged(self, results):
+        for each in COUNTERPARTS:
+            if each.stage is None:
+                assert verdict(each, results) == "none"
+            else:
+                assert verdict(each, results) in ("same", "better", "different"), each.number
+                assert re.search(r"\d", ours(each, results)), each.number
+
+    def test_each_has_its_picture_or_table(self, folder, results):
+        for each in COUNTERPARTS:
+            if each.figure is not None:
+                assert (folder / f"{each.figure}.svg").read_text().count("<svg") == 1, each.number
+                assert (folder / f"{each.figure}.png").stat().st_size > 5000, each.number
+            if each.table is not None:
+                found = results[each.stage][each.table]
+                assert found["rows"], each.number
+                assert {len(row) for row in found["rows"]} == {len(found["heads"])}, each.number
+                assert all(isinstance(cell, str) for row in found["rows"] for cell in row), each.number
+
+    def test_what_is_not_computed_yet(self, results):
+        some = {name: values for name, values in results.items() if name in ("trims", "lattice", "networks")}
+        later = next(each for each in COUNTERPARTS if each.number == "Figure 41")
+        assert later.finding(some) == ("", "none", "Not computed yet: gtm-fmu study --only neurons")
+
+    def test_networks_are_trained_once(self, folder, results):
+        """The stage of the networks hands them to the comparison, whose errors are then the same."""
+        part = json.loads((folder / "parts" / "bayesian_regularization-set6-split1.json").read_text())["values"]
+        assert part["mse_independent"] == results["networks"]["mse_independent"]
+
+
 class TestAgain:
     def test_stopped_and_run_again(self, folder, tmp_path, monkeypatch):
         """A run that is stopped leaves what was finished; the next one ends with the same bytes as one in peace."""
@@ -182,40 +232,56 @@ class TestAgain:
         def stop(*_):
             raise KeyboardInterrupt
 
+        wanted = {"only": ["jams", "volume", "networks", "effects"]}
+        told = []
         with monkeypatch.context() as patch:
             patch.setattr(comparisons, "speeds_over_jams", stop)
             with pytest.raises(KeyboardInterrupt):
-                quietly(tmp_path)
+                quietly(tmp_path, after_stage=lambda run, finished: told.append([*finished]), **wanted)
+        assert told == [[], ["lattice"], ["lattice", "jams"], ["lattice", "jams", "volume"]]
         before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir() if path.is_file()}
-        told = json.loads((tmp_path / "results.json").read_text())
-        assert f"{len(told)} of {len(STAGES)} stages are finished" in (tmp_path / PAGE).read_text()
-        assert told.keys() == {"trims", "lattice", "jams", "volume", "limits", "surrogate-fmu", "explorer"}
-        quietly(tmp_path)
-        assert names(tmp_path) == names(folder)
-        for name in ("GtmDynamics.fmu", "envelope_jams.png", "volume.html"):
+        assert f"3 of {len(STAGES)} stages are finished" in (tmp_path / PAGE).read_text()
+        assert json.loads((tmp_path / "results.json").read_text()).keys() == {"lattice", "jams", "volume"}
+        found = quietly(tmp_path, **wanted)
+        whole = json.loads((folder / "results.json").read_text())
+        assert found == {name: whole[name] for name in ("lattice", "jams", "volume", "networks", "effects")}
+        for name in ("envelope_jams.png", "envelope_jams.svg", "volume.html"):
             assert (tmp_path / name).stat().st_mtime_ns == before[tmp_path / name], name
-        for name in names(folder) - {"envelopes.zarr", "volume.html", "parts", PAGE}:  # new ids by plotly; times
+        drawn = {path.name for path in tmp_path.glob("*.png")} | {path.name for path in tmp_path.glob("*.svg")}
+        assert {"volume_unimpaired.svg", "networks_by_output.png", "effects_v_max.png"} <= drawn
+        for name in drawn | NETWORKS:
             assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
-        for part in (folder / "parts").iterdir():
-            values = [json.loads(path.read_text())["values"] for path in (part, tmp_path / "parts" / part.name)]
-            assert values[0] == values[1]
         assert dataset.view(tmp_path / "envelopes.zarr").identical(dataset.view(folder / "envelopes.zarr"))
 
     def test_only_what_changed_is_done_again(self, folder, tmp_path):
         """A file that was lost brings its stage back, another seed all of them."""
         shutil.copytree(folder, tmp_path / "copy")
-        (tmp_path / "copy" / "limits.png").unlink()
+        (tmp_path / "copy" / "limits.svg").unlink()
         before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "copy" / "parts").iterdir()}
         quietly(tmp_path / "copy")
         after = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "copy" / "parts").iterdir()}
         assert {name for name, time in after.items() if time != before[name]} == {"limits.json"}
-        assert (tmp_path / "copy" / "limits.png").exists()
+        assert (tmp_path / "copy" / "limits.svg").exists()
 
-    def test_only(self, tmp_path):
-        """A stage comes with what it needs, and the results are those of the finished ones."""
-        found = quietly(tmp_path, only=["networks"])
-        assert found.keys() == {"lattice", "networks"}
-        assert "Lattice cases" in (tmp_path / "results.md").read_text()
+    def test_only_one_stage_after_a_whole_run(self, folder, tmp_path):
+        """The results tell of all that is kept, not of what was asked for last."""
+        shutil.copytree(folder, tmp_path / "copy")
+        found = quietly(tmp_path / "copy", only=["certainty", "splits"])
+        told = json.loads((tmp_path / "copy" / "results.json").read_text())
+        assert told == found
+        assert told.keys() == {stage.name for stage in STAGES if stage.level != "full"} | {"certainty", "splits"}
+        assert "Lattice cases" in (tmp_path / "copy" / "results.md").read_text()
+        assert found["certainty"]["missed"] == []
+        assert found["certainty"]["manoeuvres"] > 1000
+        assert len(found["splits"]["best"]["local_models"]) == 2
+
+    def test_levels(self):
+        """A level holds the stages of those before it, and the command's default is the pipeline's."""
+        names = [{stage.name for stage in pipeline.chosen(level, ())} for level in LEVELS]
+        assert names[0] < names[1] < names[2]
+        assert names[2] == {stage.name for stage in STAGES}
+        assert inspect.signature(study).parameters["level"].default == USUAL_LEVEL
+        assert inspect.signature(pipeline.run).parameters["level"].default == USUAL_LEVEL
 
     @pytest.mark.parametrize(
         ("options", "sentence"),
