@@ -84,6 +84,16 @@ class Item:
 
 
 @dataclass(frozen=True)
+class Beyond:
+    """Figures and tables of a stage that stand for nothing in the paper; each picture with its words."""
+
+    stage: Stage
+    command: str
+    pictures: dict[str, Picture]
+    tables: dict[str, Table]
+
+
+@dataclass(frozen=True)
 class File:
     """A file to download, inside the page where it is small."""
 
@@ -120,7 +130,8 @@ def report_page(run: Run, finished: Mapping[str, Part]) -> str:
         opening=next((item for item in items if item.counterpart.figure == OPENING and item.picture), None),
         verdicts=VERDICTS,
         circumstances=circumstances(run.seed),
-        stages=_stages(finished),
+        stages=_stages(run, finished),
+        beyond=_beyond(run, finished),
         done=sum(each.name in finished for each in STAGES),
         total=len(STAGES),
         sections=study_sections(results),
@@ -134,7 +145,7 @@ def _item(each: Counterpart, run: Run, results: Mapping[str, Mapping[str, Any]])
     found = results.get(each.stage or "", {}).get(each.table) if each.table else None
     table = Table(found["heads"], found["rows"], f"{each.number}, ours: {each.shows}") if found else None
     picture = _picture(run.folder / each.figure) if is_finished and each.figure else None
-    command = f"gtm-fmu study --only {each.stage}{f' --seed {run.seed}' if run.seed else ''}" if each.stage else ""
+    command = _command(run, each.stage) if each.stage else ""
     return Item(each, each.finding(results), is_finished, picture, table, command)
 
 
@@ -149,10 +160,32 @@ def _web(name: str) -> str:
     return (files("gtm_study.report") / "web" / name).read_text(encoding="utf-8")
 
 
-def _stages(finished: Mapping[str, Part]) -> Table:
-    rows = [
-        (stage.title, stage.level, _time(stage, finished), f"gtm-fmu study --only {stage.name}") for stage in STAGES
-    ]
+def _beyond(run: Run, finished: Mapping[str, Part]) -> list[Beyond]:
+    """What the finished stages leave that no counterpart shows."""
+    shown = {each.figure for each in COUNTERPARTS} | {each.table for each in COUNTERPARTS}
+    found = []
+    for stage in (stage for stage in STAGES if stage.name in finished):
+        part = finished[stage.name]
+        stems = [Path(name).stem for name in part.files if name.endswith(".svg") and Path(name).stem not in shown]
+        drawn = {f"{stage.title}: {stem.replace('_', ' ')}": _picture(run.folder / stem) for stem in stems}
+        pictures = {words: picture for words, picture in drawn.items() if picture}
+        tables = {
+            key: Table(value["heads"], value["rows"], f"{stage.title}: {key.replace('_', ' ')}")
+            for key, value in part.values.items()
+            if isinstance(value, dict) and value.keys() == {"heads", "rows"} and key not in shown
+        }
+        if pictures or tables:
+            found.append(Beyond(stage, _command(run, stage.name), pictures, tables))
+    return found
+
+
+def _command(run: Run, stage: str) -> str:
+    """The command that computes what a stage does."""
+    return f"gtm-fmu study --only {stage}{f' --seed {run.seed}' if run.seed else ''}"
+
+
+def _stages(run: Run, finished: Mapping[str, Part]) -> Table:
+    rows = [(stage.title, stage.level, _time(stage, finished), f"`{_command(run, stage.name)}`") for stage in STAGES]
     return Table(("stage", "level", "time, s", "command"), rows, "Stages, what they took, and how to run one")
 
 

@@ -55,7 +55,7 @@ def page(folder) -> str:
 
 def articles(page: str) -> dict[str, str]:
     """What the page says of each figure and table, by its number."""
-    found = re.findall(r"<article.*?</article>", page, re.DOTALL)
+    found = re.findall(r"<article aria.*?</article>", page, re.DOTALL)
     return {re.search(r'class="number">([^<]+)<', text).group(1): text for text in found}
 
 
