@@ -32,7 +32,7 @@ class Convergence:
         return {str(n): step.to_dict() for n, step in zip(self.n_base, self.steps, strict=True)}
 
     def plot(self, **options: Any) -> "Figure":
-        """Indices over the number of evaluations, with intervals (needs matplotlib)."""
+        """Indices over the number of evaluations; options as `plots.plot_convergence` (needs matplotlib)."""
         from .plots import plot_convergence
 
         return plot_convergence(self, **options)
@@ -40,6 +40,11 @@ class Convergence:
 
 def convergence(evaluated: EvaluatedDesign, least: int = 256, **options: Any) -> Convergence:
     """Indices of the first `least` rows or more, then of twice as many, and so on; options as `variance_indices`.
+
+    Args:
+        evaluated: a design with its outputs.
+        least: rows of the first indices, at least.
+        options: of `variance_indices`.
 
     Raises:
         ValueError: fewer than 2 * `least` rows.
@@ -72,11 +77,15 @@ def variance_indices_until(
 
     Args:
         model: maps points (rows, M) to outputs (rows,) or (rows, outputs).
+        distribution: of the inputs.
         half_width: as 0.005.
+        output_names: default y0, y1, ...
         least: first N.
         most: greatest N.
+        sampling: "sobol" or "random".
         confidence: of the intervals.
         progress: called after each step with N and the half width reached.
+        design_options: of `variance_design`.
 
     Returns:
         Indices; `half_width` of them is more than asked for if `most` rows did not suffice.

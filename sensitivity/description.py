@@ -68,6 +68,9 @@ _ENTRIES: dict[str, tuple[str, ...]] = {
 def read_distribution(path: str | Path) -> tuple[Distribution, Groups]:
     """The distribution of a .toml or .json file, and its groups of inputs.
 
+    Args:
+        path: of the file.
+
     Raises:
         ValueError: the file cannot be read, or as `described_distribution`.
     """

@@ -68,7 +68,16 @@ class Design:
         output_names: Sequence[str] | None = None,
         chunk_size: int = 65536,
     ) -> "EvaluatedDesign":
-        """Evaluate a model that maps points (rows, inputs) to outputs (rows,) or (rows, outputs), in chunks of rows."""
+        """Evaluate a model that maps points (rows, inputs) to outputs (rows,) or (rows, outputs), in chunks of rows.
+
+        Args:
+            model: maps points to outputs.
+            output_names: default y0, y1, ...
+            chunk_size: rows at a time.
+
+        Raises:
+            ValueError: outputs that `checked_outputs` refuses.
+        """
         outputs = evaluate_in_chunks(model, self.points, chunk_size)
         return EvaluatedDesign(self, *checked_outputs(outputs, self.points, output_names))
 
@@ -79,7 +88,7 @@ class Design:
 
         `points` are those at which they were computed, row by row as the outputs; they must be the design's own, in its
         own order, so that a shuffled, filtered or foreign result is refused. Points that a text file rounded to six
-        digits or more are the design's own.
+        digits or more are the design's own. `output_names` are y0, y1, ... by default.
 
         Raises:
             ValueError: other points, or outputs that `checked_outputs` refuses.
@@ -142,16 +151,24 @@ def variance_design(
 ) -> Design:
     """Design for first-order and total indices of every input and every group, with dependent inputs.
 
-    `factors` are taken in the place of every input and every group, where only some of them count.
-
-    n is the number N of base rows. Every block of dependent inputs is a group without being asked for. M factors cost
+    Every block of dependent inputs is a group without being asked for. M factors cost
     at most N (2 M + 2) evaluations: the base sample, for each factor one block with it redrawn (total index) and one
     with everything else redrawn (first-order index), and one block with all inputs redrawn, which removes most of the
     error of small first-order indices. A block that serves two factors is evaluated once.
 
-    sampling "sobol": `replicates` independently scrambled Sobol sequences of n / replicates points, a power of two.
-    sampling "latin": `replicates` independent Latin hypercubes of n / replicates points.
-    sampling "random": n independent rows; `replicates` is not used.
+    Args:
+        distribution: of the inputs.
+        n: base rows, N above.
+        groups: of inputs, for their closed and total indices.
+        factors: inputs and groups to take in the place of all of them.
+        sampling: "sobol": independently scrambled Sobol sequences of n / replicates points, a power of two. "latin":
+            independent Latin hypercubes of n / replicates points. "random": n independent rows.
+        replicates: sequences or hypercubes; of no effect for "random".
+        seed: of the scrambles, hypercubes or rows.
+
+    Raises:
+        ValueError: fewer than two inputs, a group of none or all of them, a number of rows that is too small or does
+            not divide, or a sampling that is not known.
     """
     names = _at_least_two(distribution)
     for group in (*groups, *(factors or ())):

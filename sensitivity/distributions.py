@@ -27,7 +27,7 @@ class Density(NamedTuple):
 
     @classmethod
     def of_nothing(cls, n: int) -> "Density":
-        """That of no inputs at all."""
+        """That of no inputs at all, at n points."""
         return cls(np.ones(n), 0)
 
 
@@ -230,7 +230,7 @@ class Distribution:
         return np.logical_and.reduce(inside)
 
     def complement(self, names: Collection[str]) -> tuple[str, ...]:
-        """All inputs but those named, in order."""
+        """All inputs but ``names``, in order."""
         return tuple(name for name in self.names if name not in names)
 
     @property
@@ -240,7 +240,7 @@ class Distribution:
         return tuple(pair for block in self.blocks for pair in getattr(block, "bounds", (unknown,) * len(block.names)))
 
     def check_names(self, names: Collection[str]) -> None:
-        """Refuse names that are not inputs of this distribution."""
+        """Refuse ``names`` that are not inputs of this distribution by a ValueError."""
         unknown = sorted(set(names) - set(self.names))
         if isinstance(names, str) or unknown:
             raise ValueError(f"{names!r} is not a list of inputs: choose from {', '.join(self.names)}.")

@@ -50,7 +50,7 @@ class EffectsDesign:
     def evaluate(
         self, model: Callable[[Array], ArrayLike], output_names: Sequence[str] | None = None, **options: Any
     ) -> "ElementaryEffects":
-        """Evaluate a model that maps points (n, M) to outputs (n,) or (n, outputs); options as `effects`."""
+        """Evaluate a model of points (n, M) with outputs `output_names`, (n,) or (n, outputs); options as `effects`."""
         return self.effects(evaluate_in_chunks(model, self.points), output_names, **options)
 
     def effects(

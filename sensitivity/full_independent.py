@@ -67,6 +67,17 @@ def full_independent_indices(
 ) -> FullIndependentIndices:
     """The indices of a model of points (rows, M), by 6 M + 2 evaluations for each of n base rows.
 
+    Args:
+        distribution: of the inputs.
+        model: maps points (rows, M) to outputs (rows,) or (rows, outputs).
+        n: base rows.
+        output_names: default y0, y1, ...
+        sampling: "sobol", "latin" or "random", as of `variance_design`.
+        replicates: independent samples that the rows are divided into, for the intervals.
+        confidence: of the intervals.
+        n_bootstrap: resamples of the rows, for the intervals.
+        seed: of the random numbers.
+
     Raises:
         ValueError: fewer than two inputs, or as `variance_design` and `checked_outputs`.
     """

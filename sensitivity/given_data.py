@@ -80,7 +80,12 @@ def given_data_indices(
     """First-order indices from inputs (n, M) and outputs (n,) or (n, outputs), whatever the inputs' dependence.
 
     Args:
+        points: inputs (n, M): an array, or a table whose columns have names.
+        outputs: (n,) or (n, outputs), row by row as the points.
+        input_names: default those of the columns, or x0, x1, ...
+        output_names: default y0, y1, ...
         bins: of each input; default: the cube root of n, times 2.
+        confidence: of the intervals.
         n_bootstrap: resamples of the rows, for the intervals.
         seed: of the resamples.
 

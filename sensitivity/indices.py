@@ -106,6 +106,12 @@ def variance_indices(
 
     Intervals: percentiles of n_bootstrap bootstrap samples of the rows for a random design; Student's t over the
     replicates for a Sobol design, whose rows are not independent. `seed` starts the bootstrap's generator.
+
+    Args:
+        evaluated: a design with its outputs.
+        confidence: of the intervals.
+        n_bootstrap: resamples of the rows, for the intervals.
+        seed: of the resamples.
     """
     design, ratios = evaluated.design, RedrawRatios(evaluated, confidence, n_bootstrap, seed)
     identities = _identities(design)

@@ -64,6 +64,14 @@ def interaction_design(
 ) -> Design:
     """Design for the shares of all subsets of up to `order` inputs; `order` = M gives all of them (the HDMR table).
 
+    Args:
+        distribution: of the inputs, which are independent.
+        n: base rows.
+        order: largest number of inputs that share an effect.
+        sampling: "sobol", "latin" or "random", as of `variance_design`.
+        replicates: independent samples that the rows are divided into, for the intervals.
+        seed: of the random numbers.
+
     Raises:
         ValueError: dependent inputs, an order outside 1 .. M, all of more than 6, or as `variance_design`.
     """
@@ -84,7 +92,14 @@ def interaction_design(
 def interactions(
     evaluated: EvaluatedDesign, *, confidence: float = 0.95, n_bootstrap: int = 1000, seed: int = 0
 ) -> Interactions:
-    """The shares from an evaluated `interaction_design`; intervals as `variance_indices`."""
+    """The shares from an evaluated `interaction_design`; intervals as `variance_indices`.
+
+    Args:
+        evaluated: the design with its outputs.
+        confidence: of the intervals.
+        n_bootstrap: resamples of the rows, for the intervals.
+        seed: of the resamples.
+    """
     design, ratios = evaluated.design, RedrawRatios(evaluated, confidence, n_bootstrap, seed)
     shares = [_share(ratios, subset) for subset in design.factors]
     return Interactions(design, evaluated.output_names, ratios.estimate(shares), confidence)

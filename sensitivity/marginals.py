@@ -117,5 +117,5 @@ class PointMass:
         return (x == self.at).all(axis=1)
 
     def density(self, x: Array, kept: Sequence[bool]) -> Density:
-        """1 where the kept columns are at the point, else 0; on a set of dimension 0."""
+        """1 where the kept columns of x (n, len(names)) are at the point, else 0; on a set of dimension 0."""
         return Density(((x == self.at) | ~np.asarray(kept)).all(axis=1).astype(float), 0)

@@ -137,7 +137,18 @@ class Mixture:
 def ordered_with_jams(
     names: tuple[str, str], lower: float, upper: float, jam_share: float, unit: str = ""
 ) -> Mixture | OrderedUniform | Equal:
-    """Limits of a control: a share of the cases are jams (both equal), the others uniform on LL <= UL."""
+    """Limits of a control: a share of the cases are jams (both equal), the others uniform on LL <= UL.
+
+    Args:
+        names: of the lower and the upper limit.
+        lower: least value of both.
+        upper: greatest value of both.
+        jam_share: share of the jams, 0 .. 1.
+        unit: of both limits.
+
+    Raises:
+        ValueError: a share outside 0 .. 1, or bounds that `OrderedUniform` refuses.
+    """
     if not 0.0 <= jam_share <= 1.0:
         raise ValueError(f"The share of jams is {jam_share:g}: give a number from 0 to 1.")
     pair, jam = OrderedUniform(names, lower, upper, unit), Equal(names, lower, upper, unit)

@@ -65,6 +65,16 @@ def pawn_indices(
 
     No variance enters, so jumps and heavy tails are welcome.
 
+    Args:
+        points: inputs (n, M): an array, or a table whose columns have names.
+        outputs: (n,) or (n, outputs), row by row as the points.
+        input_names: default those of the columns, or x0, x1, ...
+        output_names: default y0, y1, ...
+        slices: parts of each input's range that are compared with the whole.
+        confidence: of the intervals.
+        n_bootstrap: resamples of the rows, for the intervals.
+        seed: of the random numbers.
+
     Raises:
         ValueError: as `given_data_indices`.
     """

@@ -50,6 +50,13 @@ def plot_bars(
     """Bars of a result's estimates with their intervals, one panel an output; open markers for published values.
 
     `labels` gives a short label for any input or output name; a group is shown as the set of its inputs' labels.
+
+    Args:
+        result: indices of any kind.
+        kinds: which of the result's estimates; None: all.
+        published: values to compare with, by output, input and kind.
+        published_label: what the legend calls them.
+        labels: a short label for any input or output name.
     """
     labels, kinds = labels or {}, kinds or result.kinds
     rows: tuple[Factor, ...] = (
@@ -92,7 +99,12 @@ def plot_bars(
 
 
 def plot_effects(effects: "ElementaryEffects", *, labels: Mapping[str, str] | None = None) -> Figure:
-    """The plane of elementary effects (paper Figs 35-36): deviation over mean absolute effect, intervals as boxes."""
+    """The plane of elementary effects (paper Figs 35-36): deviation over mean absolute effect, intervals as boxes.
+
+    Args:
+        effects: as `EffectsDesign.evaluate` gives them.
+        labels: a short label for any input or output name.
+    """
     labels = labels or {}
     n_outputs = len(effects.output_names)
     figure = Figure(figsize=(1.5 + 4.2 * n_outputs, 4.2), layout="constrained")
@@ -117,7 +129,12 @@ def plot_effects(effects: "ElementaryEffects", *, labels: Mapping[str, str] | No
 
 
 def plot_convergence(steps: "Convergence", *, labels: Mapping[str, str] | None = None) -> Figure:
-    """First and total indices over the number of evaluations with their intervals (paper Figs 39-40)."""
+    """First and total indices over the number of evaluations with their intervals (paper Figs 39-40).
+
+    Args:
+        steps: as `convergence` gives them.
+        labels: a short label for any input or output name.
+    """
     labels = labels or {}
     last = steps.steps[-1]
     n_outputs = len(last.output_names)
@@ -152,7 +169,12 @@ def plot_convergence(steps: "Convergence", *, labels: Mapping[str, str] | None =
 
 
 def plot_pairs(found: "Interactions", *, labels: Mapping[str, str] | None = None) -> Figure:
-    """A matrix an output: first-order shares on the diagonal, those of pairs beside it."""
+    """A matrix an output: first-order shares on the diagonal, those of pairs beside it.
+
+    Args:
+        found: shares of inputs and of pairs.
+        labels: a short label for any input or output name.
+    """
     labels = labels or {}
     names = [subset[0] for subset in found.subsets if len(subset) == 1]
     n_outputs = len(found.output_names)

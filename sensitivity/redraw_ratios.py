@@ -40,7 +40,7 @@ class Estimate:
     change_on_doubling: Array
 
     def to_dict(self, *index: int) -> dict[str, float | None]:
-        """One entry as plain numbers; None where a number is undefined."""
+        """The entry at ``index`` as plain numbers; None where a number is undefined."""
         entries = {name: float(getattr(self, name)[index]) for name in self.__dataclass_fields__}
         return {name: entry if np.isfinite(entry) else None for name, entry in entries.items()}
 

@@ -100,6 +100,11 @@ class Conditioned:
 
 
 def conditioned(distribution: Distribution | Sequence[Block], condition: Callable[[Array], ArrayLike]) -> Distribution:
-    """The distribution given that a condition holds; see `Conditioned`, which is its only block."""
+    """The distribution given that a condition holds; see `Conditioned`, which is its only block.
+
+    Args:
+        distribution: of the inputs, or the blocks of one.
+        condition: tells of points (n, M) whether it holds (n,).
+    """
     whole = distribution if isinstance(distribution, Distribution) else Distribution(distribution)
     return Distribution([Conditioned(whole, condition)])

@@ -44,7 +44,7 @@ class ShapleyDesign:
     def evaluate(
         self, model: Callable[[Array], ArrayLike], output_names: Sequence[str] | None = None, **options: Any
     ) -> "ShapleyEffects":
-        """Evaluate a model that maps points to outputs (n,) or (n, outputs); options as `shapley_effects`."""
+        """Evaluate a model with outputs `output_names`, (n,) or (n, outputs); options as `shapley_effects`."""
         return shapley_effects(self, self.design.evaluate(model, output_names), **options)
 
 
@@ -97,7 +97,12 @@ def shapley_design(
     """Design for Shapley effects with N = n base rows: N 2^M evaluations, or about N M k with k random orders.
 
     Args:
+        distribution: of the inputs.
+        n: base rows.
         orders: number k, made even: every order comes with its reverse. Default: all subsets up to 8 inputs, else 4 M.
+        sampling: "sobol", "latin" or "random", as of `variance_design`.
+        replicates: independent samples that the rows are divided into, for the intervals.
+        seed: of the random numbers.
 
     Raises:
         ValueError: fewer than 2 orders, or as `variance_design`.
@@ -127,7 +132,15 @@ def shapley_effects(
     n_bootstrap: int = 1000,
     seed: int = 0,
 ) -> ShapleyEffects:
-    """The effects from an evaluated design; intervals as `variance_indices`, widened by the chance of the orders."""
+    """The effects from an evaluated design; intervals as `variance_indices`, widened by the chance of the orders.
+
+    Args:
+        shapley: the design.
+        evaluated: the same with its outputs.
+        confidence: of the intervals.
+        n_bootstrap: resamples of the rows, for the intervals.
+        seed: of the random numbers.
+    """
     ratios = RedrawRatios(evaluated, confidence, n_bootstrap, seed)
     names = evaluated.design.distribution.names
     if shapley.orders is None:

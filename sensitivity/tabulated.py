@@ -71,6 +71,7 @@ def tabulated_indices(
         names: of the inputs, one for each axis of the table.
         weights: (levels of the first input, .., of the last), not negative; they need not sum to one.
         outputs: the same with a last axis of the outputs; where a weight is zero they may be anything.
+        output_names: one for each output.
         groups: of inputs, for their closed and total indices.
 
     Raises:

@@ -138,6 +138,10 @@ class FmuClient:
     def set(self, names: Sequence[str], values: ArrayLike) -> None:
         """Set real variables.
 
+        Args:
+            names: of the variables.
+            values: (n,) in the FMU's units, one for each name.
+
         Raises:
             InputError: an unknown name.
             FmuError: a value that the FMU refuses.
@@ -149,6 +153,9 @@ class FmuClient:
     def get(self, names: Sequence[str]) -> np.ndarray:
         """Values of real variables, as a new array.
 
+        Args:
+            names: of the variables.
+
         Raises:
             InputError: an unknown name.
             FmuError: outputs that the FMU cannot compute.
@@ -158,13 +165,22 @@ class FmuClient:
         return buffer.values.copy()
 
     def get_boolean(self, name: str) -> bool:
-        """Value of a Boolean variable."""
+        """Value of the Boolean variable ``name``.
+
+        Raises:
+            InputError: an unknown name.
+        """
         reference, value = self._boolean(name), (ctypes.c_int * 1)()
         self._call("get", "fmi2GetBoolean", reference, 1, value)
         return bool(value[0])
 
     def set_boolean(self, name: str, value: bool) -> None:
-        """Set a Boolean variable."""
+        """Set the Boolean variable ``name`` to ``value``.
+
+        Raises:
+            InputError: an unknown name.
+            FmuError: a value that the FMU refuses.
+        """
         reference, values = self._boolean(name), (ctypes.c_int * 1)(bool(value))
         self._call("set", "fmi2SetBoolean", reference, 1, values)
 
@@ -173,7 +189,11 @@ class FmuClient:
         return name in self._booleans
 
     def get_item(self, name: str) -> str:
-        """Name of the value of an enumeration."""
+        """Name of the value of the enumeration ``name``.
+
+        Raises:
+            InputError: an unknown name.
+        """
         if name not in self._enumerations:
             raise InputError(f"The FMU has no enumeration '{name}': it has {_listed(self._enumerations)}.")
         variable = self._enumerations[name]
@@ -241,7 +261,7 @@ class FmuClient:
         return states, controls, rates
 
     def nominal(self, names: Sequence[str]) -> np.ndarray:
-        """Nominal values of real variables, 1 where none is declared.
+        """Nominal values (n,) of the real variables ``names``, 1 where none is declared.
 
         Raises:
             InputError: an unknown name.
@@ -252,6 +272,9 @@ class FmuClient:
 
     def step(self, duration_s: float) -> None:
         """One communication step.
+
+        Args:
+            duration_s: its length in s.
 
         Raises:
             FmuError: the FMU refuses the step, and all values are as before it; or it is for model exchange only.
@@ -275,11 +298,17 @@ class FmuClient:
         """Steps of equal length from the present time on.
 
         Args:
+            stop_time_s: when to end, in s.
+            step_s: length of a step, in s.
             record: names of real variables.
             commands: values of inputs by name, set at the beginning of each step, as a function of time in s.
 
         Returns:
             ``time`` and the recorded variables, (n + 1,) each.
+
+        Raises:
+            InputError: a step that is not above 0, or an unknown name.
+            FmuError: the FMU refuses a step.
         """
         if not (step_s > 0 and np.isfinite(stop_time_s)):
             raise InputError(f"Steps of {step_s} s to {stop_time_s} s cannot be taken: give a positive step.")

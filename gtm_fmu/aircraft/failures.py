@@ -53,11 +53,11 @@ class Failure:
 
     @classmethod
     def of(cls, what: "ControlLimits | Failure | None") -> "Failure":
-        """The failure that limits of controls mean by themselves, or the failure that it already is."""
+        """The failure that ``what`` is: limits of controls, None for no failure, or a failure already."""
         return what if isinstance(what, Failure) else cls(what if what is not None else ControlLimits())
 
     def with_limits(self, label: str, limits: Range) -> "Failure":
-        """The same with other limits of one control, by the name of their field, as ``rudder_deg``.
+        """The same with other ``limits`` of one control, in deg or %; ``label`` names their field, as ``rudder_deg``.
 
         Raises:
             InputError: limits as for `ControlLimits`.

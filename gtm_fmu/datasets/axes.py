@@ -164,6 +164,10 @@ def _spelled(column: Column) -> str:
 def levels(name: str, values: Iterable[float]) -> Levels:
     """Values of one of `inputs.QUANTITIES`, in its unit.
 
+    Args:
+        name: of the quantity, as ``altitude``.
+        values: in the unit of the quantity, as ft.
+
     Raises:
         InputError: none, or one outside what is allowed.
     """
@@ -175,6 +179,11 @@ def levels(name: str, values: Iterable[float]) -> Levels:
 def span(name: str, lower: float, upper: float) -> Axis:
     """One of `inputs.QUANTITIES` between two bounds in its unit; held if they are equal.
 
+    Args:
+        name: of the quantity, as ``altitude``.
+        lower: least value, in the unit of the quantity.
+        upper: greatest value, in the same unit.
+
     Raises:
         InputError: bounds reversed, not finite, or outside what is allowed.
     """
@@ -185,6 +194,10 @@ def span(name: str, lower: float, upper: float) -> Axis:
 
 def choices(name: str, numbers: Iterable[int]) -> Levels:
     """Numbers of one of `inputs.CHOICES`: damage cases, or engines that are out by their place in `EngineOut`.
+
+    Args:
+        name: of the choice, as ``damage_case``.
+        numbers: those that occur.
 
     Raises:
         InputError: none, one given twice, or one that does not exist.
@@ -225,6 +238,12 @@ def failure_levels(control: str, positions: Iterable[float]) -> Levels:
 
 def limits_span(control: str, lower: float, upper: float, jam_share: float = 0.0) -> Axis:
     """Limits of a control anywhere between two bounds in deg or %; a jam that is held if they are equal.
+
+    Args:
+        control: as ``rudder``.
+        lower: least limit in deg or %.
+        upper: greatest limit in deg or %.
+        jam_share: share of the cases, 0 .. 1, in which both limits are equal.
 
     Raises:
         InputError: bounds reversed, not finite or too wide, or the share outside 0 .. 1.

@@ -46,6 +46,9 @@ class CaseTable:
     def lattice(cls, axes: Iterable[Axis]) -> "CaseTable":
         """Every combination of levels; the last axis varies fastest. Controls without an axis keep their range.
 
+        Args:
+            axes: levels of each.
+
         Raises:
             InputError: an axis that has no levels, is missing or given twice; too many cases.
         """
@@ -61,6 +64,12 @@ class CaseTable:
     @classmethod
     def sampled(cls, axes: Iterable[Axis], sampling: Sampling, cases: int, seed: int = 0) -> "CaseTable":
         """Cases by a seed; levels are drawn with equal probability. Controls without an axis keep their range.
+
+        Args:
+            axes: what varies, and how.
+            sampling: how the cases are spread.
+            cases: their number.
+            seed: the same one gives the same cases.
 
         Raises:
             InputError: no case, too many, nothing that varies, a negative seed, an axis missing or given twice.

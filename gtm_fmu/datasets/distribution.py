@@ -63,6 +63,10 @@ def compute(
     """Fill a store with the envelopes of a table's cases; a store that was left unfinished is continued.
 
     Args:
+        path: of the store, a folder that ends in .zarr.
+        table: the cases.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
         chunk: cases a chunk of the store; default by the number of cases.
         workers: processes on this machine; default one a core.
         scheduler: address of a `dask.distributed` scheduler whose workers are used instead; they need this package.

@@ -107,7 +107,7 @@ class FlightCondition:
     def changed(
         self, altitude_ft: float | None = None, gamma_deg: float | None = None, failure: Failure | None = None
     ) -> "FlightCondition":
-        """The same with another altitude, flight-path angle or failure."""
+        """The same with another ``altitude_ft``, ``gamma_deg`` or ``failure``."""
         altitude_ft = self.altitude_ft if altitude_ft is None else altitude_ft
         gamma_deg = self.gamma_deg if gamma_deg is None else gamma_deg
         return FlightCondition(altitude_ft, gamma_deg, failure or self.failure, self.alpha_deg, self.phi_deg)
@@ -140,7 +140,7 @@ class FlightCondition:
         )
 
     def least_throttle(self, rudder_deg: Range | None = None) -> float | None:
-        """t_min in %: the least throttle of a steady manoeuvre that keeps every other limit; None if none does.
+        """t_min in %: the least throttle inside all other limits, the rudder inside ``rudder_deg``; None if none does.
 
         None too where each engine has a throttle of its own.
         """
@@ -150,7 +150,7 @@ class FlightCondition:
         return float(found.y[THROTTLE]) if found.status == solver.TRIMMED else None
 
     def intervals(self, rudder_deg: Range | None = None) -> tuple[Range, ...]:
-        """Speeds in kn at which a steady manoeuvre exists: one interval, or several with gaps between them.
+        """Speeds in kn with a steady manoeuvre, the rudder inside ``rudder_deg``: one interval, or several with gaps.
 
         Gaps are looked for every 0.5 kn (near the ceiling the thrust required has humps over speed) and their ends
         found to 0.001 kn.
@@ -267,6 +267,13 @@ def envelope(
     phi_deg: Range = PHI_DEG,
 ) -> Envelope:
     """Exact V_min and V_max of a flight condition under the limits a failure leaves.
+
+    Args:
+        altitude_ft: geometric altitude in ft.
+        gamma_deg: flight-path angle in deg, positive in a climb.
+        limits: what the failure leaves of the controls, or a whole `Failure`; None: nothing has failed.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
 
     Raises:
         InputError: altitude, flight path or bounds outside what is allowed.

@@ -192,6 +192,11 @@ def performance(
     throttles at their lowest; then once more with both engines out.
 
     Args:
+        altitude_ft: geometric altitude in ft.
+        limits: what the failure leaves of the controls, or a whole `Failure`; None: nothing has failed.
+        gamma_deg: flight-path angle in deg of the speeds and turns.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
         progress: called with how many parts are done, and of how many.
 
     Raises:

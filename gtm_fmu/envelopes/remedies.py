@@ -57,6 +57,10 @@ def remedies(found: Manoeuvres, k: int) -> tuple[Remedy, ...]:
     """The limits that alone would make manoeuvre ``k`` possible, the least move in scaled units first.
 
     Empty where it is feasible, and where no limit is enough by itself.
+
+    Args:
+        found: manoeuvres as `manoeuvres` gives them.
+        k: which of them.
     """
     if found.feasible[k]:
         return ()

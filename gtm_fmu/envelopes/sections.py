@@ -62,6 +62,14 @@ def turn_rate_interval(
 ) -> Section:
     """Turn rates in deg/s at a speed and a flight path.
 
+    Args:
+        altitude_ft: geometric altitude in ft.
+        tas_kt: true airspeed in kn.
+        gamma_deg: flight-path angle in deg, positive in a climb.
+        limits: what the failure leaves of the controls, or a whole `Failure`; None: nothing has failed.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
+
     Raises:
         InputError: a value outside what is allowed.
     """
@@ -78,6 +86,14 @@ def speed_interval(
 ) -> Section:
     """True airspeeds in kn at a turn rate and a flight path.
 
+    Args:
+        altitude_ft: geometric altitude in ft.
+        gamma_deg: flight-path angle in deg, positive in a climb.
+        turn_rate_deg_s: turn rate in deg/s, positive to the right.
+        limits: what the failure leaves of the controls, or a whole `Failure`; None: nothing has failed.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
+
     Raises:
         InputError: a value outside what is allowed.
     """
@@ -93,6 +109,14 @@ def climb_interval(
     phi_deg: Range = PHI_DEG,
 ) -> Section:
     """Flight-path angles in deg at a speed and a turn rate.
+
+    Args:
+        altitude_ft: geometric altitude in ft.
+        tas_kt: true airspeed in kn.
+        turn_rate_deg_s: turn rate in deg/s, positive to the right.
+        limits: what the failure leaves of the controls, or a whole `Failure`; None: nothing has failed.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
 
     Raises:
         InputError: a value outside what is allowed.

@@ -126,6 +126,13 @@ def envelope_slopes(
 ) -> EnvelopeSlopes:
     """Exact envelope of a flight condition under the limits a failure leaves, and its slopes.
 
+    Args:
+        altitude_ft: geometric altitude in ft.
+        gamma_deg: flight-path angle in deg, positive in a climb.
+        limits: what the failure leaves of the controls, or a whole `Failure`; None: nothing has failed.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
+
     Raises:
         InputError: altitude, flight path or bounds outside what is allowed.
     """

@@ -246,6 +246,12 @@ class ThrustMap:
     ) -> dict[str, Any]:
         """The same for one case, by the names of `MapEnvelopes` and ready for JSON: None where there is no speed.
 
+        Args:
+            altitude_ft: geometric altitude in ft.
+            gamma_deg: flight-path angle in deg, positive in a climb.
+            limits_deg: lower and upper limit of the map's control in deg.
+            epsilon: probability with which a safe speed may be wrong, as of `predict`.
+
         Raises:
             InputError: as `predict`.
         """
@@ -253,6 +259,9 @@ class ThrustMap:
 
     def margins(self, epsilon: float = conformal.EPSILON) -> np.ndarray:
         """Margins (groups, 2) of the safe V_min and V_max in standard deviations; infinite without a calibration.
+
+        Args:
+            epsilon: probability with which a safe speed may be wrong.
 
         Raises:
             InputError: an epsilon that the calibration cannot carry.
@@ -285,7 +294,7 @@ class ThrustMap:
         return CoreMap(*sizes, *(address(array) for array in arrays), self.full_thrust_lbf, *self.tolerances)
 
     def save(self, path: str | Path) -> Path:
-        """Write the map to a file, in one piece or not at all.
+        """Write the map to the file ``path``, in one piece or not at all.
 
         Raises:
             InputError: it cannot be written.
@@ -306,7 +315,7 @@ class ThrustMap:
 
     @classmethod
     def load(cls, path: str | Path = RUDDER_MAP) -> "ThrustMap":
-        """Read a map that `save` wrote, by default the rudder's that comes with the package (see `THRUST_MAPS`).
+        """Read a map that `save` wrote to ``path``; by default the rudder's of the package (see `THRUST_MAPS`).
 
         Raises:
             InputError: there is none, or it is damaged or foreign.

@@ -137,6 +137,11 @@ class TrimMap:
     def predict_one(self, altitude_ft: float, gamma_deg: float, limits: ControlLimits) -> dict[str, Any]:
         """The same for one case, by the names of `TrimMapEnvelopes` and ready for JSON: None where there is no speed.
 
+        Args:
+            altitude_ft: geometric altitude in ft.
+            gamma_deg: flight-path angle in deg, positive in a climb.
+            limits: what the failure leaves of the controls.
+
         Raises:
             InputError: as `predict`.
         """

@@ -54,8 +54,9 @@ def equilibrium(
 
     Args:
         fmu: its ``states``, ``derivatives`` and ``controls`` say which variables are which.
-        free: lower and upper bound of each state or input that may move; infinite ends are allowed.
-        held: values of others; those not named stay at their present ones.
+        free: lower and upper bound of each state or input that may move, in the units of the FMU; infinite ends are
+            allowed.
+        held: values of others, in the units of the FMU; those not named stay at their present ones.
         steady: names of the derivatives that vanish; default: all.
 
     Raises:

@@ -126,6 +126,14 @@ class FmuTrimmer:
         """The trim that meets what is asked inside the limits, or the least cost J inside them.
 
         Args:
+            altitude_ft: geometric altitude in ft.
+            tas_kt: true airspeed in kn; None where another speed or an angle of attack is asked for.
+            gamma_deg: flight-path angle in deg, positive in a climb.
+            turn_rate_deg_s: turn rate in deg/s, positive to the right; None leaves it to the other conditions, or to
+                straight flight.
+            limits: what the failure leaves of the controls; None: nothing has failed.
+            alpha_deg: least and greatest angle of attack in deg.
+            phi_deg: least and greatest bank in deg.
             warm_start: a trim to start from, for instance of a neighbouring condition.
             asked: further conditions by name as of `steady.trim`, but for the load factor.
 
@@ -147,6 +155,13 @@ class FmuTrimmer:
         """The same with bounds (9) of the unknowns in the core's units; they may hold others (alpha, not V, say).
 
         The limits that the trim carries are the bounds of its controls.
+
+        Args:
+            altitude_ft: geometric altitude in ft.
+            gamma_deg: flight-path angle in deg, positive in a climb.
+            lower: bounds (9), ft/s, rad, rad/s, deg and %.
+            upper: the same.
+            warm_start: a trim to start from.
         """
         altitude_ft = ranges.check_range("altitude in ft", altitude_ft, ranges.ALTITUDE_FT)
         gamma_deg = ranges.check_range("gamma in deg", gamma_deg, ranges.GAMMA_DEG)

@@ -93,7 +93,7 @@ class LinearModel:
 
     @classmethod
     def of_slopes(cls, slopes: np.ndarray, inputs: tuple[str, ...], found: Sequence[Breakpoint] = ()) -> "LinearModel":
-        """The model of [A B] (8, 8 + m) with the named inputs at a trim on these breakpoints."""
+        """The model of ``slopes`` [A B] (8, 8 + m) with these ``inputs``, at a trim on the breakpoints ``found``."""
         margin, stable, growths = np.inf, True, np.empty((len(found), 2))
         for _, sides, there in on_each_side(np.asarray(slopes)[None], found):
             of_sides = verdict(there, inputs)
@@ -171,6 +171,7 @@ def linearize(trim: Trim, limits: ControlLimits | Failure | None = None) -> Line
     """Exact linear model at a trim; controls that are jammed, or that move no surface and no engine, are no inputs.
 
     Args:
+        trim: a feasible trim, of `steady.trim` or of an FMU.
         limits: those of the trim, which it carries itself; none need be given.
 
     Raises:

@@ -154,7 +154,9 @@ class Trim:
         failure: ControlLimits | Failure | None = None,
         residual: float | None = None,
     ) -> "Trim":
-        """The trim of unknowns y (9 or 10, core units); ``inside`` tells whether they are inside every limit.
+        """The trim of unknowns y (9 or 10, core units) at ``altitude_ft`` and ``gamma_deg``.
+
+        ``inside`` tells whether they are inside every limit, ``hit`` which limits hold them or are exceeded.
 
         ``failure`` is what it was found with; ``residual`` that of the aircraft that was trimmed, where it is not ours.
         """

@@ -45,6 +45,14 @@ def trim(
     have no sideslip, the ones closest together are taken.
 
     Args:
+        altitude_ft: geometric altitude in ft.
+        tas_kt: true airspeed in kn; None where another speed or an angle of attack is asked for.
+        gamma_deg: flight-path angle in deg, positive in a climb.
+        turn_rate_deg_s: turn rate in deg/s, positive to the right; None leaves it to the other conditions, or to
+            straight flight.
+        limits: what the failure leaves of the controls, or a whole `Failure`; None: nothing has failed.
+        alpha_deg: least and greatest angle of attack in deg.
+        phi_deg: least and greatest bank in deg.
         asked: `conditions.Asked`, further conditions by name, or a speed as ``eas_kt`` or ``cas_kt``.
 
     Raises:

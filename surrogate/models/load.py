@@ -8,5 +8,9 @@ from surrogate.models.storage import read_model
 
 
 def load_model(path: str | Path) -> Network | LocalModelNetwork:
-    """The model in a file, whichever kind it is; ValueError where it is missing, foreign, damaged or too new."""
+    """The model in a file, whichever kind it is; ValueError where it is missing, foreign, damaged or too new.
+
+    Args:
+        path: of a file that `save` or ``gtm-fmu train`` wrote.
+    """
     return read_model(Path(path), Network, LocalModelNetwork)

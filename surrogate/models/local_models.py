@@ -149,7 +149,7 @@ class LocalModelNetwork(StoredModel):
 
     @classmethod
     def from_plain(cls, content: dict[str, Any]) -> LocalModelNetwork:
-        """The model of these fields, as JSON has them."""
+        """The model of the fields of ``content``, as JSON has them."""
         return super().from_plain(content | {"partition": partition_from_plain(content["partition"])})
 
     def _condition(self, split: int) -> str:

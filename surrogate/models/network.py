@@ -159,7 +159,7 @@ class Network(StoredModel):
 
     @classmethod
     def from_plain(cls, content: dict[str, Any]) -> Network:
-        """The network of these fields, as JSON has them."""
+        """The network of the fields of ``content``, as JSON has them."""
         log_std = content.get("log_std")
         return super().from_plain(content | {"log_std": log_std and cls.from_plain(log_std)})
 

@@ -48,6 +48,13 @@ def split_samples(
 
     Each division rounds to the nearest whole number of samples. With `members` (n,) only those samples stay in the
     design part, and the independent part is as without: the paper's diminished data sets.
+
+    Args:
+        n: number of samples.
+        rounds: divisions.
+        test_fraction: share set apart, 0 .. 1.
+        seed: of the random numbers.
+        members: (n,) whether a sample stays in the design part; None: all.
     """
     rng = generator(seed, "independent")
     design, independent = _divide(np.arange(n), test_fraction, rng)
@@ -113,7 +120,7 @@ class Selection(Rounds):
         return to_unit(targets, network.target_ranges), to_unit(outputs, network.target_ranges)
 
     def correlation(self, part: Part) -> float:
-        """The paper's R value (Fig. 12): correlation of targets with outputs, all outputs pooled."""
+        """The paper's R value (Fig. 12) of a ``part``: correlation of targets with outputs, all outputs pooled."""
         targets, outputs = self.targets_and_outputs(part)
         return float(np.corrcoef(targets.ravel(), outputs.ravel())[0, 1])
 
@@ -138,6 +145,21 @@ def select_network(
 
     The test part of a round stops a training by Levenberg-Marquardt early, which the paper leaves open. `split` takes
     the place of the one that rounds, fraction and seed give.
+
+    Args:
+        X: inputs (N, d) of all samples, in their units.
+        Y: targets (N, m), in their units.
+        inputs: (name, unit) of each column of X.
+        outputs: (name, unit) of each column of Y.
+        seed: of the divisions and the initial weights.
+        rounds: trainings, of which the best on the independent part is kept.
+        test_fraction: share of the samples set apart, 0 .. 1, and of the rest in each round.
+        hidden: neurons, one number for each hidden layer.
+        method: ``bayesian_regularization`` or ``levenberg_marquardt``.
+        split: takes the place of the one that rounds, fraction and seed give.
+        schedule: when to stop, and how to move mu; None: the reference trainer's.
+        device: torch's, as ``cpu`` or ``cuda``.
+        progress: called with the epochs done and all epochs.
     """
     X, Y = checked_samples(X, inputs, "X"), checked_samples(Y, outputs, "Y")
     split = split or split_samples(len(X), rounds, test_fraction, seed)

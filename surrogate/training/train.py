@@ -62,15 +62,31 @@ def train_networks(
 ) -> list[tuple[Network, History]]:
     """Train a batch of networks, each from its own initial weights and on its own samples.
 
-    X (N, d) and Y (N, m) are all samples in their units; `inputs` and `outputs` give (name, unit) of their columns.
-    Row j of `rows` (B, n) numbers the samples that network j is trained on, row j of `validation_rows` those that stop
-    it early. `hidden` is the number of neurons, one for each hidden layer. The ranges of all N samples map to [-1, 1]
-    (paper eq. 43), so that the networks share one scale. The squared errors of a sample count as often as its
-    `sample_weight` (N,) says. `device` is torch's: 'cpu', 'cuda' ... `progress(epochs done, all epochs)` follows the
-    slowest one.
+    The ranges of all N samples map to [-1, 1] (paper eq. 43), so that the networks share one scale.
 
     Needs torch. On the processor the same seed gives the same bits on the same machine, whatever the number of its
     cores in use.
+
+    Args:
+        X: inputs (N, d) of all samples, in their units.
+        Y: targets (N, m), in their units.
+        inputs: (name, unit) of each column of X.
+        outputs: (name, unit) of each column of Y.
+        rows: (B, n) numbers of the samples that each of B networks is trained on.
+        seed: of the initial weights.
+        hidden: neurons, one number for each hidden layer.
+        method: ``bayesian_regularization`` or ``levenberg_marquardt``.
+        validation_rows: (B, v) numbers of the samples that stop each network early; None: none.
+        schedule: when to stop, and how to move mu; None: the reference trainer's.
+        sample_weight: (N,) how often the squared errors of each sample count; None: once.
+        device: torch's, as ``cpu`` or ``cuda``.
+        progress: called with the epochs done and all epochs, of the slowest network.
+
+    Returns:
+        Each network with the history of its training.
+
+    Raises:
+        ValueError: shapes that do not fit, values that are not finite, or rows that number no samples.
     """
     X, Y = checked_samples(X, inputs, "X"), checked_samples(Y, outputs, "Y")
     if len(X) != len(Y):
@@ -142,8 +158,20 @@ def train_local_models(
 ) -> tuple[LocalModelNetwork, Growth]:
     """Grow a local model network; its outputs share the cells (the paper trains one network for each output).
 
-    X, Y, `inputs`, `outputs` and `sample_weight` are as for `train_networks`. `rows` (n,) numbers the training samples,
-    `validation_rows` (v,) those that end the growth. `progress(models, most models)`.
+    Args:
+        X: inputs (N, d) of all samples, in their units.
+        Y: targets (N, m), in their units.
+        inputs: (name, unit) of each column of X.
+        outputs: (name, unit) of each column of Y.
+        rows: (n,) numbers of the training samples.
+        algorithm: ``lolimot`` or ``hilomot``.
+        validation_rows: (v,) numbers of the samples that end the growth; None: a criterion of `settings` does.
+        settings: of the growth; None: the defaults.
+        sample_weight: (N,) how often each sample counts; None: once.
+        progress: called with the models there are and the most there may be.
+
+    Raises:
+        ValueError: shapes that do not fit, values that are not finite, or rows that number no samples.
     """
     from threadpoolctl import threadpool_limits
 
