@@ -5,7 +5,7 @@ BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/e
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
 	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py)) surrogate/core/network.c
 
-.PHONY: study test quick coverage docs benchmarks publish-benchmarks wheels clean
+.PHONY: study test quick coverage docs benchmarks publish-benchmarks pythons wheels clean
 
 study: .venv/installed
 	$(BIN)/gtm-fmu study --output build/study
@@ -39,6 +39,20 @@ benchmarks: .venv/installed
 # What README quotes: the results of the last `make benchmarks` on an idle machine.
 publish-benchmarks:
 	cp build/benchmarks/*.json benchmarks/results/
+
+# The quick tests on other Pythons that are here, and with the oldest libraries that are allowed; needs uv. Without torch:
+# not every Python has one that is small.
+PYTHONS ?= 3.12 3.13 3.14
+WITHOUT_TORCH := '.[study,test]' 'scikit-learn>=1.6' 'joblib>=1.3' 'threadpoolctl>=3.3'
+pythons: .venv/installed
+	@for name in lowest $(PYTHONS); do \
+		python=$$name; resolution=highest; \
+		if [ $$name = lowest ]; then python=3.11; resolution=lowest-direct; fi; \
+		venv=build/pythons/$$name; \
+		uv venv --quiet --clear --no-python-downloads --python $$python $$venv || { echo "no Python $$python here"; continue; }; \
+		uv pip install --quiet --python $$venv/bin/python --resolution $$resolution $(WITHOUT_TORCH) || exit 1; \
+		$$venv/bin/python -m pytest -q -n 2 --dist loadfile -m "not slow" || exit 1; \
+	done
 
 # The source archive and a wheel for each platform.
 wheels: .venv/installed

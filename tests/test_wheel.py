@@ -34,17 +34,23 @@ def test_every_file_of_the_packages_is_installed(tmp_path):
     assert {f"gtm_fmu/core/generated/{name}.c" for name in ("airframe", "actuators")} <= installed
 
 
-def test_wheel_of_another_compiler_works_without_the_checkout(tmp_path):
-    """The wheel for old Linux systems, which Zig compiles from the source archive, in a folder of its own."""
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    """The wheel for old Linux systems, which Zig compiles from the source archive."""
     pytest.importorskip("ziglang", reason="Zig is not installed")
     tag = "manylinux_2_17_x86_64.manylinux2014_x86_64"
     if platform.machine() != "x86_64" or sys.platform != "linux":
         pytest.skip("the wheel is for Linux on x86_64")
-    dist, place = tmp_path / "dist", tmp_path / "place"
+    dist = tmp_path_factory.mktemp("dist")
     subprocess.run([sys.executable, ROOT / "build_wheels.py", dist, "--only", tag], check=True, capture_output=True)
-    (wheel,) = dist.glob("*.whl")
-    assert wheel.name.endswith(f"-py3-none-{tag}.whl")
-    assert wheel.stat().st_size < 4e6
+    (built,) = dist.glob("*.whl")
+    assert built.name.endswith(f"-py3-none-{tag}.whl")
+    assert built.stat().st_size < 4e6
+    return built
+
+
+def test_wheel_of_another_compiler_works_without_the_checkout(tmp_path, wheel):
+    place = tmp_path / "place"
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(place)
     code = (
@@ -57,3 +63,25 @@ def test_wheel_of_another_compiler_works_without_the_checkout(tmp_path):
     assert Path(where).is_relative_to(place)
     assert float(v_max_kt) == pytest.approx(gtm_fmu.envelope(10000, 0).v_max_kt, abs=1e-6)
     assert (tmp_path / fmu).exists()
+
+
+def test_container(tmp_path, wheel):
+    """What the Dockerfile runs, with the libraries that are here; the study starts without the checkout."""
+    environment = {**os.environ, "PIP_NO_DEPS": "1", "PYTHONPATH": str(Path(pytest.__file__).parents[1])}
+
+    def run(*words: str | Path) -> str:
+        done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    venv = tmp_path / "venv"
+    assert f"compiled core        {venv}" in run(ROOT / "container" / "install.sh", venv, wheel)
+    run(venv / "bin" / "gtm-fmu", "study", "--only", "trims", "--output", tmp_path / "study")
+    assert (tmp_path / "study" / "index.html").exists()
+
+
+def test_dockerfile():
+    hadolint = Path(sys.executable).with_name("hadolint")
+    if not hadolint.exists():
+        pytest.skip("hadolint is not installed")
+    assert subprocess.run([hadolint, ROOT / "Dockerfile"], capture_output=True, text=True).stdout == ""
