@@ -1,8 +1,8 @@
 """Safe speeds of a thrust map: exact random cases that set its margins, and others that check them.
 
 The cases are drawn at random from all that a map holds: altitude, flight path and limits of its control, half of them
-jams. Folds are rare, so of further draws those at folds are solved as well: they are as random as the others of their
-groups.
+jams. Some groups are rare, as those at folds, so the first cases of each group are taken from many draws: they are as
+random as their group. Where the map promises nothing, nothing has to be solved.
 """
 
 from collections.abc import Callable
@@ -30,7 +30,7 @@ _BLOCK = 50_000
 
 
 def draw(thrust_map: ThrustMap, cases: int, draws: int, seed: int) -> np.ndarray:
-    """Random cases (n, 4) of a map: the first ``cases``, and all at folds of the further ones up to ``draws``."""
+    """Random cases (n, 4) of a map: of each group the first ``cases`` among so many draws."""
     control = thrust_map.control
     lowest, highest = thrust_map.gamma_deg[[0, -1]].tolist()
     axes = (
@@ -38,15 +38,19 @@ def draw(thrust_map: ThrustMap, cases: int, draws: int, seed: int) -> np.ndarray
         span("gamma", lowest, highest),
         limits_span(control, *WIDEST[f"{control}_deg"], JAM_SHARE),
     )
-    table = CaseTable.sampled(axes, Sampling.RANDOM, max(cases, draws), seed)
+    table = CaseTable.sampled(axes, Sampling.RANDOM, draws, seed)
     varying = [axis.dimensions > 0 for axis in table.axes for _ in axis.columns]
-    kept = []
-    for start in range(0, len(table), _BLOCK):
+    kept, left = [np.empty((0, sum(varying)))], np.full(len(GROUPS), cases)
+    for start in range(0, draws, _BLOCK):
         rows = table.rows(start, start + _BLOCK)[:, varying]
-        beyond = start + np.arange(len(rows)) >= cases
-        if beyond.any():
-            rows = rows[~beyond | thrust_map.predict(rows).fold]
-        kept.append(rows)
+        group = thrust_map.groups(rows)
+        taken = np.zeros(len(rows), dtype=bool)
+        for number in range(len(GROUPS)):
+            taken[np.flatnonzero(group == number)[: left[number]]] = True
+        left -= np.bincount(group[taken], minlength=len(GROUPS))
+        kept.append(rows[taken])
+        if not left.any():
+            break
     return np.concatenate(kept)
 
 
@@ -92,7 +96,6 @@ def calibrated(thrust_map: ThrustMap, X: np.ndarray, exact_kt: np.ndarray, **fac
         "altitude_ft": list(thrust_map.altitude_ft),
         "gamma_deg": thrust_map.gamma_deg[[0, -1]].tolist(),
         "jam_share": JAM_SHARE,
-        "solved": len(X),
         "cases": dict(zip(GROUPS, safe.cases.tolist(), strict=True)),
     }
     return replace(thrust_map, safe=safe, provenance=thrust_map.provenance | {SAFE: known | facts})

@@ -32,7 +32,9 @@ def with_margins(thrust_map: ThrustMap, margins) -> ThrustMap:
 
 def folds(thrust_map: ThrustMap) -> np.ndarray:
     """Cases at folds of the map (n, 4)."""
-    cases = calibration.draw(thrust_map, 1, 20_000, seed=5)
+    cases = np.random.default_rng(5).uniform((0, -5, -30, -30), (36089, 5, 30, 30), (20_000, 4))
+    cases[:, 2:].sort(axis=1)
+    cases[::2, 3] = cases[::2, 2]
     return cases[thrust_map.predict(cases).fold]
 
 
@@ -118,23 +120,26 @@ def test_a_file_holds_the_margins(plain, tmp_path):
             SafeMargins(wrong, [9, 8, 7, 6])
 
 
-def test_draws_are_of_the_whole_map_and_more_of_them_at_folds(plain):
-    cases = calibration.draw(plain, 3000, 20_000, seed=5)
-    assert np.array_equal(cases[:3000], calibration.draw(plain, 3000, 0, seed=5))
-    fold = plain.predict(cases).fold
-    assert fold[3000:].all()
-    assert 5 < fold[:3000].sum() < len(cases) - 3000
-    altitude, gamma, lower, upper = cases[:3000].T
-    for values, ends in ((altitude, plain.altitude_ft), (gamma, (-5, 5)), (lower[lower == upper], (-30, 30))):
-        assert np.quantile(values, (0.0, 0.5, 1.0)) == pytest.approx(
-            [ends[0], sum(ends) / 2, ends[1]], abs=0.05 * np.ptp(ends)
-        )
-    assert abs((lower == upper).sum() - 1500) < 4 * np.sqrt(750)
+def test_draws_are_the_first_of_each_group(plain):
+    """Few at folds, so many as were asked for elsewhere, spread over the whole map."""
+    many = calibration.draw(plain, 10**9, 20_000, seed=5)
+    cases = calibration.draw(plain, 600, 20_000, seed=5)
+    group = plain.groups(cases)
+    counts = np.bincount(group, minlength=len(GROUPS))
+    assert counts[:2].tolist() == [600, 600]
+    assert (counts[2:] > 5).all()
+    assert (counts[2:] < 600).all()
+    for number in range(len(GROUPS)):
+        assert np.array_equal(cases[group == number], many[plain.groups(many) == number][:600])
+    altitude, gamma, lower, upper = many.T
+    assert ((lower == upper) == (plain.groups(many) % 2 == JAM)).all()
+    for values, ends in ((gamma, (-5, 5)), (altitude, plain.altitude_ft), (lower, (-30, 30)), (upper, (-30, 30))):
+        assert np.quantile(values, (0.0, 1.0)) == pytest.approx(ends, abs=0.05 * np.ptp(ends))
 
 
 def made_up(thrust_map: ThrustMap, seed: int, share_without: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Cases of a map, and ends that err by heavy-tailed deviations; a share of those without a fold has none."""
-    cases = calibration.draw(thrust_map, 10_000, 0, seed)
+    cases = calibration.draw(thrust_map, 10**9, 10_000, seed)
     found, rng = thrust_map.predict(cases), np.random.default_rng(seed)
     noise = rng.standard_t(3, (len(cases), 2)) * np.column_stack([found.v_min_std_kt, found.v_max_std_kt])
     ends = np.column_stack([found.v_min_kt, found.v_max_kt]) + noise

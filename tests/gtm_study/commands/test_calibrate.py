@@ -10,7 +10,7 @@ from gtm_fmu.datasets import calibration
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 
 CASE = ("--altitude-ft", 10000, "--rudder-deg", 7, 7, "--json")
-SMALL = ("--cases", 4000, "--draws", 1, "--test-cases", 2000, "--test-draws", 1, "--json")
+SMALL = ("--cases", 1200, "--draws", 4000, "--test-cases", 600, "--test-draws", 2000, "--json")
 
 
 @pytest.fixture
@@ -42,10 +42,12 @@ def test_calibrate(ask, coarse, solved, tmp_path):
     output = tmp_path / "safe.npz"
     answer = ask("calibrate", coarse, "--output", output, "--workers", 2, *SMALL)
     assert answer.code == 0
-    assert solved == [("safe_calibration.zarr", "rudder", 4000, 2), ("safe_test.zarr", "rudder", 2000, 2)]
+    assert [asked[:2] for asked in solved] == [("safe_calibration.zarr", "rudder"), ("safe_test.zarr", "rudder")]
+    assert [asked[3] for asked in solved] == [2, 2]
+    assert 2400 < solved[0][2] < 3000
     told = json.loads(answer.out)
     jams = told["jams"]
-    assert 500 < jams["safe"] <= jams["cases"] < 1000
+    assert 500 < jams["safe"] <= jams["cases"] == 600
     assert (jams["no_envelope"], jams["broken_v_min"]) == (0, 0)
     assert jams["price_v_min_kt"] > 0
     assert told["jams at folds"]["safe"] == 0  # too few to promise anything
