@@ -14,6 +14,7 @@ from gtm_fmu.airframe.tables import DATA_FILE
 from gtm_fmu.errors import InputError
 from gtm_study.kept import Part
 from gtm_study.paper import pipeline
+from gtm_study.paper.counterpart import Counterpart, Finding
 from gtm_study.paper.registry import COUNTERPARTS
 from gtm_study.paper.stages import STAGES, Sizes
 from gtm_study.report.browser import write_pdf
@@ -113,19 +114,21 @@ class TestContents:
         assert '<a href="data:application/json;base64,' in page
         assert "GtmDynamics.fmu</a>" not in page  # its stage has not run
 
-    def test_markup_of_results_stays_text(self, tmp_path):
-        run = pipeline.Run(tmp_path, 0, Sizes())
-        table = {"heads": ["<script>", "b"], "rows": [["1 < 2 & `x_min`", "V_min"]]}
-        each = next(each for each in COUNTERPARTS if each.stage and each.table)
-        write_page(run, {each.stage: Part(_values_of(each.stage) | {each.table: table}, (), 1.0)})
-        text = articles((tmp_path / PAGE).read_text())[each.number]
-        assert "&lt;script&gt;" in text
-        assert "1 &lt; 2 &amp; <code>x_min</code>" in text
-        assert "<i>V</i><sub>min</sub>" in text
-
-
-def _values_of(stage: str) -> dict:
-    return dict(RESULTS[stage])
+    def test_markup_of_results_stays_text(self, tmp_path, monkeypatch):
+        finding = Finding("1 < 2 & `x_min`", "better", "V_min <b>")
+        each = Counterpart("Table 99", "<i>", "&", "jams", lambda results: finding, table="numbers")
+        monkeypatch.setattr("gtm_study.report.page.COUNTERPARTS", (each,))
+        table = {"heads": ["<script>", "b"], "rows": [["1", "V_max"]]}
+        write_page(pipeline.Run(tmp_path, 0, Sizes()), {"jams": Part({"numbers": table}, (), 1.0)})
+        text = articles((tmp_path / PAGE).read_text())["Table 99"]
+        for told in (
+            "1 &lt; 2 &amp; <code>x_min</code>",
+            "<i>V</i><sub>min</sub> &lt;b&gt;",
+            "&lt;script&gt;",
+            "<i>V</i><sub>max</sub>",
+            'class="verdict better"',
+        ):
+            assert told in text
 
 
 def test_findings_are_those_of_the_results():
