@@ -130,7 +130,7 @@ def table_15(results: Results) -> Finding:
         for kind, symbol in (("first", "S"), ("total", "S^T")):
             apart = max(abs(ours[name][kind] - known[name][kind]) for name in NAMES)
             largest = max(largest, apart)
-            parts.append(f"{symbol} of {output.removesuffix('_kt').replace('_', '')} {apart:.3f}")
+            parts.append(f"{symbol} of {output.removesuffix('_kt').capitalize()} {apart:.3f}")
     sums = [
         bound(known, published.SECOND_ORDER_INDICES[output]["altitude_ft,gamma_deg"])
         for output, known in published.VARIANCE_INDICES.items()

@@ -64,10 +64,41 @@ def _sensitivity(sensitivity: Values) -> str:
     )
 
 
+def _local_models(local: Values) -> str:
+    return (
+        f"The best local model network reaches {short(min(local['part']['mse_independent']))} on the independent test "
+        f"data (the paper: {short(published.MSE_LMN[6])})."
+    )
+
+
+def _feasibility(jams: Values) -> str:
+    return f"{jams['feasible']} of {jams['cases']} jams of the rudder over altitude and flight path leave an envelope."
+
+
+def _asymmetry(apart: Values) -> str:
+    return (
+        f"Left and right are not the same: mirrored failures differ by up to {apart['v_min_kt']['largest']:.1f} kn in "
+        f"V_min and {apart['v_max_kt']['largest']:.1f} kn in V_max; half of the {apart['cases']} pairs by less than "
+        f"{apart['v_max_kt']['median']:.2f} kn in V_max."
+    )
+
+
+def _certainty(scan: Values) -> str:
+    return (
+        f"A scan of {scan['manoeuvres']} manoeuvres about the ends of {scan['with_an_envelope']} envelopes and over "
+        f"{scan['cases'] - scan['with_an_envelope']} failures without one finds {len(scan['missed'])} failures whose "
+        "envelope the search has cut short or missed."
+    )
+
+
 _SENTENCES: dict[str, Callable[[Values], str]] = {
     "trims": _trims,
     "lattice": _lattice,
     "surrogate-fmu": _surrogate,
     "networks": _networks,
+    "local-models": _local_models,
     "sensitivity": _sensitivity,
+    "feasibility": _feasibility,
+    "asymmetry": _asymmetry,
+    "certainty": _certainty,
 }
