@@ -59,7 +59,8 @@ class Glides:
             self._asked.close()
 
     def gamma_deg(self, altitude_ft: float, tas_kt: float, turn_rate_deg_s: float) -> float | None:
-        """Between layers in a line; None where this cannot be flown."""
+        """Between layers in a line, below sea level as there; None where this cannot be flown."""
+        altitude_ft = max(altitude_ft, 0.0)
         layer = math.floor(altitude_ft / LAYER_FT)
         low, high = (self._at_layer((layer + k) * LAYER_FT, tas_kt, turn_rate_deg_s) for k in (0, 1))
         if low is None or high is None:

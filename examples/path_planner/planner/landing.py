@@ -131,8 +131,6 @@ class Descent:
                 leg = Leg(Manoeuvre(gamma, self.tas_kt, rate), seconds / count)
                 legs.append(leg)
                 pose = Pose(*(float(v) for v in fly(pose, leg, np.float64(leg.duration_s), self.scenario)))
-                if pose.altitude_ft < 0.0:
-                    return None
         return legs, pose
 
     def approach(self, runway: Runway, kind: int, turns: int, start_m: float) -> tuple[list[Leg], Pose] | None:

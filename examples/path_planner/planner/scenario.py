@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from examples.path_planner.planner import terrain
+from examples.path_planner.planner.elevation_files import read_geotiff, read_hgt
 from examples.path_planner.planner.terrain import Terrain
 from examples.path_planner.planner.tracks import CALM, Wind
 from gtm_fmu.aircraft import ranges
@@ -219,9 +220,28 @@ def flat_names(values: Mapping[str, Any], prefix: str = "") -> dict[str, float |
 
 def _terrain(table: _Table, folder: Path) -> Terrain:
     name = table.text("file", "")
-    found = terrain.read(folder / name) if name else terrain.flat(table.number("ground_ft", 0.0))
+    if not name:
+        found = terrain.flat(table.number("ground_ft", 0.0))
+    else:
+        origin = table.values.pop("origin", None)
+        if origin is not None:
+            origin = _origin(origin)
+        path = folder / name
+        if not path.is_file():
+            raise InputError(f"There is no terrain '{path}'; its name is relative to the scenario's file.")
+        readers = {".hgt": read_hgt, ".tif": read_geotiff, ".tiff": read_geotiff}
+        reader = readers.get(path.suffix.lower())
+        found = reader(path, origin) if reader else terrain.read(path)
     table.end()
     return found
+
+
+def _origin(values: Any) -> tuple[float, float]:
+    """Latitude and longitude in deg, or northing and easting in m."""
+    if not isinstance(values, list) or len(values) != 2:
+        raise InputError(f"origin of [terrain] is {values!r}; give [latitude, longitude] or [northing, easting].")
+    north, east = (ranges.check_range("a number of the origin of [terrain]", each, NUMBER) for each in values)
+    return north, east
 
 
 def _goal(values: Any) -> Goal | None:

@@ -18,6 +18,7 @@ Failure = Mapping[str, float | bool]
 Speeds = tuple[float, float]
 _GRAVITY_M_S2 = 9.81
 _RUDDER = ("limits.rudder.lower", "limits.rudder.upper")
+_SAFE = ("v_min_safe", "v_max_safe", "feasible_safe")
 _ASKED = ("altitude", "gamma", "tas", "turn_rate")
 _SUFFIX = {"deg": "deg", "%": "pct", "lbf": "lbf"}
 
@@ -100,8 +101,8 @@ def set_failure(fmu: FmuClient, failure: Failure) -> None:
 class _Envelope:
     """V_min and V_max of an FMU with the envelope's interface, each asked once."""
 
-    def __init__(self, path: Path) -> None:
-        self.fmu = FmuClient(path)
+    def __init__(self, path: Path, ends: tuple[str, str, str] = ("v_min", "v_max", "feasible")) -> None:
+        self.fmu, self.ends = FmuClient(path), ends
         inputs = [v for v in self.fmu.description.modelVariables if v.causality == "input"]
         self.names = {v.name for v in inputs}
         self.starts: dict[str, Any] = {v.name: v.start for v in inputs}
@@ -127,8 +128,9 @@ class _Envelope:
             set_failure(self.fmu, wanted)
             self.set = wanted
         self.fmu.set(_ASKED[:2], (altitude_ft * M_PER_FT, gamma_deg * RAD_PER_DEG))
-        v_min, v_max = self.fmu.get(("v_min", "v_max")) / M_S_PER_KT
-        return (float(v_min), float(v_max)) if self.fmu.get_boolean("feasible") else None
+        v_min, v_max = self.fmu.get(self.ends[:2]) / M_S_PER_KT
+        is_left = self.fmu.get_boolean(self.ends[2]) and v_min <= v_max
+        return (float(v_min), float(v_max)) if is_left else None
 
     def _restore(self) -> None:
         """What was set before goes back to its start value."""
@@ -236,14 +238,18 @@ class MapFmu:
 
     BANK_DEG = 30.0
 
-    def __init__(self, path: Path, failure: Failure) -> None:
+    def __init__(self, path: Path, failure: Failure, is_safe: bool = False) -> None:
         """Instantiate it.
 
+        Args:
+            is_safe: whether to take the safe speeds, which are inside the exact ones with a probability that the map's
+                documentation says.
+
         Raises:
-            InputError: an FMU that does not load, or a failure of more than the rudder.
+            InputError: an FMU that does not load or has no safe speeds, or a failure of more than the rudder.
         """
-        self._envelope = _Envelope(path)
-        self.name = self._envelope.fmu.description.modelName
+        self._envelope = _Envelope(path, _SAFE) if is_safe else _Envelope(path)
+        self.name = self._envelope.fmu.description.modelName + (", safe speeds" if is_safe else "")
         self._failure = failure
         if not self.knows(failure):
             other = next(name for name in failure if name not in _RUDDER)
