@@ -19,7 +19,7 @@ class Choice:
         reason: why it finds none.
         seconds: of the whole search.
         infeasible_s: for how long the exact FMUs say that its manoeuvres cannot be flown.
-        speeds_off_kt: the largest difference of V_min or V_max of its segments from the exact ones; None without a plan.
+        speeds_off_kt: the largest difference of its V_min or V_max from the exact ones; None without a plan.
         exact_margin_kt: least margin of its speeds to the exact ends; None without a plan.
     """
 
