@@ -13,7 +13,9 @@ def study(
     output: Annotated[Path, typer.Option(help="Folder of the results; what is finished there is kept.")] = Path(
         "build/study"
     ),
-    level: Annotated[str, typer.Option(help="How far: quick, paper or full.")] = "paper",
+    level: Annotated[
+        str, typer.Option(help="How far: quick (90 s on two cores), paper (10 minutes), full (about an hour).")
+    ] = "paper",
     only: Annotated[
         list[str] | None, typer.Option(metavar="STAGE", help="Only this stage and what it needs. Once for each.")
     ] = None,
@@ -24,14 +26,14 @@ def study(
 ) -> None:
     """The whole study, with figures, tables and a page, beside the published values.
 
-    FMUs, trims, linear models, envelopes, networks and sensitivity. A stage that is finished is not run again, and a
-    run that was stopped goes on.
+    The page is there at once and grows with each stage: FMUs, trims, envelopes, networks, local model networks, data
+    sets and sensitivity. A stage that is finished is not run again, and a run that was stopped goes on.
     """
     if listed:
         from gtm_study.paper.stages import STAGES
 
         for stage in STAGES:
-            print(f"{stage.name:14} {stage.level:6} {stage.title}")
+            print(f"{stage.name:20} {stage.level:6} {stage.title}")
         return
     from gtm_study.paper.pipeline import run
     from gtm_study.paper.report import study_report

@@ -61,13 +61,13 @@ def run(
             after_stage(this, told)
 
     tell()
-    with figure_style(), stages(console or Console(stderr=True)) as stage:
-        for each in wanted:
-            if kept.find(each.name) is None:
-                with stage(each.title) as advance:
-                    written: list[Path] = []
-                    kept.part(each.name, lambda: each.run(this, advance, written), lambda: written)  # noqa: B023
-                tell()
+    missing = [each for each in wanted if kept.find(each.name) is None]
+    with figure_style(), stages(console or Console(stderr=True), sum(each.seconds for each in missing)) as stage:
+        for each in missing:
+            with stage(each.title, each.seconds) as advance:
+                written: list[Path] = []
+                kept.part(each.name, lambda: each.run(this, advance, written), lambda: written)  # noqa: B023
+            tell()
     return results(finished())
 
 

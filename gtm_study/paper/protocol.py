@@ -101,7 +101,7 @@ class Protocol:
             "most_local_models": self.most_local_models,
             "shown": self.shown,
         }
-        sizes |= {"neurons": self.neuron_counts, "iterations": self.neuron_iterations}
+        sizes["iterations"] = self.neuron_iterations
         return kept.part(name, computed, lambda: drawn, **sizes)
 
     def networks(
@@ -157,17 +157,17 @@ class Protocol:
 
     def neurons(self, seed: int, advance: Advance) -> dict[str, Any]:
         """Least errors on the independent part by number of hidden neurons and iteration (Fig. 41)."""
+        split = split_samples(len(self.lattice.X), self.neuron_iterations, TEST_FRACTION, seed)
+        mse = []
+        for k, hidden in enumerate(self.neuron_counts):
 
-        def compute() -> tuple[dict[str, Any], dict[str, Figure]]:
-            split = split_samples(len(self.lattice.X), self.neuron_iterations, TEST_FRACTION, seed)
-            mse = []
-            for k, hidden in enumerate(self.neuron_counts):
+            def compute(hidden: int = hidden) -> tuple[dict[str, Any], dict[str, Figure]]:
                 selection = self._select("bayesian_regularization", seed, split, lambda *_: None, hidden)
-                mse.append(selection.mse["independent"].tolist())
-                advance(k + 1, len(self.neuron_counts))
-            return {"neurons": list(self.neuron_counts), "mse_independent": mse}, {}
+                return {"mse_independent": selection.mse["independent"].tolist()}, {}
 
-        return self.part(f"neurons-split{seed}", compute)
+            mse.append(self.part(f"neurons{hidden}-split{seed}", compute)["mse_independent"])
+            advance(k + 1, len(self.neuron_counts))
+        return {"neurons": list(self.neuron_counts), "mse_independent": mse}
 
     def _select(
         self, method: Method, seed: int, split: Split, advance: Advance, hidden: int | None = None

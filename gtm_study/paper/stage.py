@@ -106,11 +106,19 @@ Written = list[Path]
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of the study; `run` gives values by their names, ready for JSON."""
+    """A part of the study.
+
+    Attributes:
+        run: gives values by their names, ready for JSON.
+        seconds: that it takes on two cores, roughly; its share of the progress.
+        needs: names of stages whose files or parts it goes on with.
+        level: from which on it belongs to the study.
+    """
 
     name: str
     title: str
     run: Callable[[Run, Advance, Written], dict[str, Any]]
+    seconds: float
     needs: tuple[str, ...] = ()
     level: str = LEVELS[0]
 
