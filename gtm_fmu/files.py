@@ -150,7 +150,9 @@ def _told(path: Path) -> Iterator[None]:
         yield
     except (OSError, RecursionError) as error:  # the latter from a thousand folders that are all missing
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"Cannot write {_shown(path)} ({reason}); choose a folder you may write to.") from None
+        is_full = getattr(error, "errno", None) in _FULL
+        advice = "make room, or choose another folder" if is_full else "choose a folder you may write to"
+        raise InputError(f"Cannot write {_shown(path)} ({reason}); {advice}.") from None
 
 
 def _shown(path: Path) -> str:
