@@ -32,9 +32,9 @@ ROOMS = (
     ("gtm_study.files", "gtm_study.kept", "gtm_study.progress", "gtm_study.style", "gtm_study.tables"),
     ("gtm_study.figures",),
     ("gtm_study.explorer",),
+    ("gtm_study.research",),
     ("gtm_study.paper",),
     ("gtm_study.report",),
-    ("gtm_study.research",),
     ("gtm_study.commands", "gtm_study", "gtm_fmu.__main__"),
 )
 """From the ground up, as docs/architecture.md says; a module is in the room with the longest name that begins its."""

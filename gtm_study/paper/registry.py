@@ -57,7 +57,7 @@ FIGURES = (
         "Network 4.",
         "networks",
         network_findings.bayesian_training,
-        figure="training",
+        figure="bayesian_regularization_training",
     ),
     C(
         "Figure 12",
