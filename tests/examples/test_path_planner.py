@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from examples.path_planner.planner import NoPathError, dubins, exact_fmus, plan, read_scenario, tracks
+from examples.path_planner.planner.climbs import climbs
 from examples.path_planner.planner.elevation_files import read_geotiff, read_hgt
 from examples.path_planner.planner.glides import ENGINES_OUT, Glides
 from examples.path_planner.planner.landing import Descent
@@ -156,6 +157,23 @@ def test_the_second_failure_asks_for_the_level_way_around(plans):
     assert max(segment.gamma_deg for segment in fast.segments) >= 3
     assert safe.measures.time_s > 1.2 * fast.measures.time_s
     assert safe.measures.second_failure_kt > 15 > 5 > fast.measures.second_failure_kt
+
+
+def test_a_steep_climb_is_the_safer_one_where_v_min_is_near(exact, ridge):
+    """At 107 kn the paper's words hold at every moment; at 90 kn they do not, by envelopes of the jam 5 deg further."""
+    fast, slow = (climbs(ridge, exact, 1000.0, tas_kt) for tas_kt in (107.0, 90.0))
+    after = [climb.after_kt for climb in fast]
+    assert after == sorted(after, reverse=True)
+    further = (
+        envelope(6000, 4, ControlLimits(rudder_deg=(23, 23))),
+        envelope(7000, 4, ControlLimits(rudder_deg=(23, 23))),
+    )
+    assert fast[3].after_kt == pytest.approx(min(each.v_max_kt for each in further) - 107, abs=0.01)
+    at_4, at_7 = slow[3], slow[6]
+    assert at_4.after_kt == pytest.approx(90 - max(each.v_min_kt for each in further), abs=0.01)
+    assert at_7.after_kt > at_4.after_kt
+    assert at_7.short_kt_s < 0.6 * at_4.short_kt_s
+    assert at_4.seconds == pytest.approx(1000 * M_PER_FT / (90 * M_S_PER_KT * math.sin(math.radians(4))))
 
 
 @pytest.mark.parametrize("name", ["second failure", "time"])

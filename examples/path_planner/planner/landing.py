@@ -255,16 +255,17 @@ class Descent:
 
 
 def path_to_a_runway(descent: Descent) -> tuple[Runway, list[Leg]]:
-    """To the first of the scenario's runways, in their order, that a path ends on.
+    """To the runway with most height to spare, or to the next one where no path spends it.
 
     Raises:
         NoPathError: none; with the one that is missed least.
     """
-    for runway in descent.scenario.runways:
-        legs = descent.path_to(runway)
+    reaches = sorted(map(descent.reach, descent.scenario.runways), key=lambda each: -each.excess_ft)
+    for reach in reaches:
+        legs = descent.path_to(reach.runway) if reach.is_reached else None
         if legs is not None:
-            return runway, legs
-    nearest = descent.footprint().runways[0]
+            return reach.runway, legs
+    nearest = reaches[0]
     if nearest.is_reached:
         raise NoPathError(
             f"Runway {nearest.runway.name} is in reach with {nearest.excess_ft:.0f} ft to spare, but no path that "

@@ -64,8 +64,8 @@ def plan(
 ) -> Plan:
     """The path of least cost, and with ``alternatives`` those of every other cost.
 
-    To runways, where the scenario has no goal: with a thrust that cannot be chosen to the first one that a glide
-    reaches, and without alternatives; else to the one of least cost.
+    To runways, where the scenario has no goal: with a thrust that cannot be chosen to the one that a glide
+    reaches with most height to spare, and without alternatives; else to the one of least cost.
 
     Raises:
         NoPathError: nothing leads there.
