@@ -71,8 +71,8 @@ SMALL = Sizes(
 )
 
 
-def quietly(folder: Path, **options) -> dict:
-    return pipeline.run(folder, 1, console=Console(file=io.StringIO()), sizes=SMALL, after_stage=write_page, **options)
+def quietly(folder: Path, after_stage=write_page, **options) -> dict:
+    return pipeline.run(folder, 1, console=Console(file=io.StringIO()), sizes=SMALL, after_stage=after_stage, **options)
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +126,15 @@ class TestFiles:
             pixels = matplotlib.image.imread(path)
             assert min(pixels.shape[:2]) > 300
             assert pixels[..., :3].std() > 0.02, f"{path.name} is blank"
+
+    def test_the_page_shows_every_counterpart(self, folder, results):
+        """The figure or the table that the registry names is what its stage leaves, and is in the page."""
+        page = (folder / PAGE).read_text()
+        for each in COUNTERPARTS:
+            if each.stage:
+                assert not each.figure or f'alt="{each.number}: ' in page, each.number
+                assert not each.table or f"<caption>{each.number}, ours: " in page, each.number
+                assert not each.table or each.table in results[each.stage], each.number
 
     def test_figures_need_no_colours(self, folder, drawn):
         """What a legend names is told apart in grey too, and so by the colour-blind."""
@@ -234,10 +243,15 @@ class TestAgain:
 
         wanted = {"only": ["jams", "volume", "networks", "effects"]}
         told = []
+
+        def tell(run, finished) -> None:
+            told.append([*finished])
+            write_page(run, finished)
+
         with monkeypatch.context() as patch:
             patch.setattr(comparisons, "speeds_over_jams", stop)
             with pytest.raises(KeyboardInterrupt):
-                quietly(tmp_path, after_stage=lambda run, finished: told.append([*finished]), **wanted)
+                quietly(tmp_path, after_stage=tell, **wanted)
         assert told == [[], ["lattice"], ["lattice", "jams"], ["lattice", "jams", "volume"]]
         before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir() if path.is_file()}
         assert f"3 of {len(STAGES)} stages are finished" in (tmp_path / PAGE).read_text()
