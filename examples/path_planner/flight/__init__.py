@@ -1,0 +1,1 @@
+"""A plan is flown: GtmAircraft in FMPy or Ecos, an autopilot that knows what the failure leaves, and the outcome."""
