@@ -37,8 +37,8 @@ class Hold(NamedTuple):
         return self.controls - self.gain @ (states - self.states) + self.lead @ trim_rates
 
 
-def hold(found: Manoeuvres, k: int) -> Hold:
-    """What holds manoeuvre ``k``, which must be feasible.
+def hold(found: Manoeuvres, k: int, like: Hold | None = None) -> Hold:
+    """What holds manoeuvre ``k``, which must be feasible; with the gains of another hold if it is given.
 
     Raises:
         ValueError, LinAlgError: no gain makes it stable.
@@ -46,7 +46,9 @@ def hold(found: Manoeuvres, k: int) -> Hold:
     trim, failure = found.trim(k), found.failures[k]
     assert trim is not None
     x, u = trim.state_and_controls
-    states = np.concatenate([x[:6], x[9:11]])
+    states, controls = np.concatenate([x[:6], x[9:11]]), u[: len(CONTROLS)]
+    if like is not None:
+        return Hold(states, controls, like.gain, like.lead)
     moving = [place for place, is_jammed in enumerate(failure.jammed) if not is_jammed]
     gain, lead = np.zeros((2, len(CONTROLS), len(LINEAR_STATES)))
     if moving:
@@ -57,7 +59,7 @@ def hold(found: Manoeuvres, k: int) -> Hold:
         work = np.linalg.pinv(B / STATE_SCALE[:, None]) / STATE_SCALE
         lead[moving] = work @ (np.eye(len(A)) - A @ T)
         lead += gain @ T
-    return Hold(states, u[: len(CONTROLS)], gain, lead)
+    return Hold(states, controls, gain, lead)
 
 
 def _body_rates(states: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A flight of GtmAircraft along a plan: straight on with everything in order, then the failure, then the plan."""
+"""A flight of GtmAircraft along a plan: straight and level in order, the failure, a few seconds later the plan."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,11 +21,12 @@ from gtm_fmu.aircraft.fmu_file import read_description
 from gtm_fmu.aircraft.ranges import CONTROL_SI
 from gtm_fmu.airframe.motion import NAVIGATION_RADIUS_FT
 from gtm_fmu.airframe.names import CONTROLS, control_variable, state_variable
+from gtm_fmu.envelopes.manoeuvres import manoeuvres
 from gtm_fmu.units import DEG_PER_RAD, M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 
 STEP_S = 0.02
-LEAD_S = 3.0
-"""From the flight's start to the failure, which is where the plan begins."""
+LEAD_S, FAILED_S = 10.0, 8.0
+"""Before the plan begins: the flight starts; the failure happens, where straight and level flight is left."""
 LATEST = 1.3
 """Times of the plan after which a flight that has not come to its end is given up."""
 LOST_M = 1500.0
@@ -52,8 +53,8 @@ class Flight:
         tool: which flew it.
         end: why it ended, in words.
         is_complete: whether it came to the end of the plan.
-        columns: `COLUMNS` (n) by name and the path's ``turn_rate_deg_s``, every `ASKED_EVERY_S`; ``time_s`` is zero at
-            the failure.
+        columns: `COLUMNS` (n) by name and the path's ``turn_rate_deg_s``, every `ASKED_EVERY_S`; ``time_s`` is zero
+            where the plan begins.
     """
 
     tool: str
@@ -73,7 +74,7 @@ def aircraft_fmu(folder: Path) -> Path:
 
 
 def fly(fmu: Path, scenario: Scenario, plan: Plan, tool: str = "FMPy") -> Flight:
-    """Fly a plan with the scenario's failure at its beginning.
+    """Fly a plan with the scenario's failure, which happens shortly before it begins.
 
     Raises:
         InputError: a failure that the aircraft does not have.
@@ -81,8 +82,10 @@ def fly(fmu: Path, scenario: Scenario, plan: Plan, tool: str = "FMPy") -> Flight
     failure, bounds = failure_of(scenario.failure), bounds_of(scenario.failure)
     first = plan.segments[0]
     start = Manoeuvre(first.tas_kt)
-    aircraft = IMPORTERS[tool](fmu, _start(fmu, scenario, start), STEP_S)
-    pilot, guide = Pilot(start, scenario.start.altitude_ft, Failure(), bounds), Guide(plan)
+    is_straight_left = manoeuvres(scenario.start.altitude_ft, *start, failure, *bounds).feasible[0]
+    failed_s = LEAD_S - FAILED_S if is_straight_left else LEAD_S
+    aircraft = IMPORTERS[tool](fmu, _start(fmu, scenario, start, failed_s), STEP_S)
+    pilot, guide = Pilot(start, scenario.start.altitude_ft, Failure(), bounds), Guide(plan, LEAD_S, scenario.wind)
     rows, end = [], "it was not at its end in time"
     asked_every = round(ASKED_EVERY_S / STEP_S)
     try:
@@ -90,10 +93,9 @@ def fly(fmu: Path, scenario: Scenario, plan: Plan, tool: str = "FMPy") -> Flight
             now_s = step * STEP_S - LEAD_S
             seen = _Seen.of(aircraft, scenario)
             if step % asked_every == 0:
-                if step == round(LEAD_S / STEP_S):
+                if step == round(failed_s / STEP_S):
                     pilot.fails(failure)
-                wanted = guide.manoeuvre(seen.place) if now_s >= 0 else start
-                pilot.steer(seen.place.altitude_ft, wanted, now_s)
+                pilot.steer(seen.place.altitude_ft, guide.manoeuvre(seen.place), now_s)
                 rows.append([now_s, guide.at_s, *seen.place, guide.across_m, guide.above_ft, *seen.told])
                 if reason := _ended(seen.place, guide, scenario):
                     end = reason
@@ -119,7 +121,7 @@ def _ended(place: Place, guide: Guide, scenario: Scenario) -> str:
     return "it is at its end" if guide.is_over else ""
 
 
-def _start(fmu: Path, scenario: Scenario, manoeuvre: Manoeuvre) -> dict[str, float | bool]:
+def _start(fmu: Path, scenario: Scenario, manoeuvre: Manoeuvre, failed_s: float) -> dict[str, float | bool]:
     """Start values in SI: straight and level in order, `LEAD_S` before the plan's start, and what fails when."""
     pose, wind = scenario.start, scenario.wind
     level = trim(pose.altitude_ft, manoeuvre.tas_kt, limits=Failure(), turn_rate_deg_s=0.0)
@@ -135,7 +137,7 @@ def _start(fmu: Path, scenario: Scenario, manoeuvre: Manoeuvre) -> dict[str, flo
     north, east = pose.north_m - LEAD_S * velocity[0], pose.east_m - LEAD_S * velocity[1]
     values["state.latitude"], values["state.longitude"] = north / RADIUS_M, east / RADIUS_M
     values["state.psi"] = psi
-    values |= {"wind.north": drift[0], "wind.east": drift[1], "wind.shear": False, "failure.time": LEAD_S}
+    values |= {"wind.north": drift[0], "wind.east": drift[1], "wind.shear": False, "failure.time": failed_s}
     factors = display_factors(read_description(fmu))
     for name, value in scenario.failure.items():
         if name not in BOUNDS:

@@ -1,9 +1,8 @@
 """The autopilot of a flight along a plan: it moves from one steady manoeuvre towards another, inside what is left.
 
 What it is to hold is a manoeuvre that the failure leaves, always, and where there is room a little inside. One that is
-not left is replaced by one with the nearest flight path that is, else with the nearest turn rate, else by the one
-before. Between the moments at which it is asked, what holds the manoeuvre (`examples.transitions.autopilot`) is
-interpolated.
+not left is replaced by the nearest with another flight path or another turn rate that is, else by the one before.
+Between the moments at which it is asked, what holds the manoeuvre (`examples.transitions.autopilot`) is interpolated.
 """
 
 from collections.abc import Iterator
@@ -23,8 +22,13 @@ SETTLES_S = Manoeuvre(1.0, 1.0, 0.5)
 """Time in which the held speed, flight path and turn rate come near those that are wanted."""
 FASTEST = Manoeuvre(2.0, 2.0, 4.0)
 """Of their motion: kn/s, deg/s, deg/s^2."""
-NEAR_DEG, NEAR_DEG_S = 0.5, 0.5
+NEAR_DEG, NEAR_DEG_S = 0.5, 0.1
 """Of flight path and of turn rate that is kept to the ends of those that are left."""
+
+GAINS_HOLD = np.array([500.0, 2.0, 1.0, 0.5])
+"""By how much altitude in ft, speed in kn, flight path in deg and turn in deg/s may change until gains are new."""
+KEPT_ALPHA_DEG, KEPT_BANK_DEG = 0.3, 0.4
+"""To the bounds of alpha and bank."""
 
 
 def _nearest(value: float, section: Section, kept: float) -> float | None:
@@ -45,7 +49,10 @@ class Pilot:
 
     def __init__(self, held: Manoeuvre, altitude_ft: float, failure: Failure, bounds: tuple[Range, Range]) -> None:
         """Hold a manoeuvre, which must be feasible."""
-        self.held, self.failure, self.bounds = held, failure, bounds
+        self.held, self.failure = held, failure
+        alpha, bank = bounds
+        self.bounds = (alpha[0], alpha[1] - KEPT_ALPHA_DEG), (bank[0] + KEPT_BANK_DEG, bank[1] - KEPT_BANK_DEG)
+        self._gained: tuple[Failure, np.ndarray, Hold] | None = None
         self._before = self._next = self._hold(self._asked(altitude_ft, held))
         self._since_s = 0.0
 
@@ -71,7 +78,7 @@ class Pilot:
                 return
 
     def _choices(self, altitude_ft: float, moved: Manoeuvre) -> Iterator[Manoeuvre]:
-        """The manoeuvre if all about it is left; else with as much of its climb as is left, else with less turn."""
+        """The manoeuvre if all about it is left; else those with less climb or less turn, the nearest first."""
         tas, gamma, rate = moved
         about = np.array([moved, (tas, gamma - NEAR_DEG, rate), (tas, gamma + NEAR_DEG, rate)])
         about = np.concatenate([about, [(tas, gamma, rate - NEAR_DEG_S), (tas, gamma, rate + NEAR_DEG_S)]])
@@ -79,17 +86,14 @@ class Pilot:
         bounds = (self.failure, *self.bounds)
         if manoeuvres(at, *about.T, *bounds).feasible.all():
             yield moved
+        others = []
         for turn in (rate, self.held.turn_rate_deg_s):
-            path = _nearest(gamma, climb_interval(at, tas, turn, *bounds), NEAR_DEG)
-            if path is None:
-                continue
-            inside = _nearest(turn, turn_rate_interval(at, tas, path, *bounds), NEAR_DEG_S)
-            if inside is not None:
-                yield Manoeuvre(tas, path, inside)
+            if (path := _nearest(gamma, climb_interval(at, tas, turn, *bounds), NEAR_DEG)) is not None:
+                others.append(Manoeuvre(tas, path, turn))
         for path in (gamma, self.held.gamma_deg):
-            turns = turn_rate_interval(at, tas, path, *bounds)
-            if (inside := _nearest(rate, turns, NEAR_DEG_S)) is not None:
-                yield Manoeuvre(tas, path, inside)
+            if (turn := _nearest(rate, turn_rate_interval(at, tas, path, *bounds), NEAR_DEG_S)) is not None:
+                others.append(Manoeuvre(tas, path, turn))
+        yield from sorted(others, key=lambda each: abs(each.gamma_deg - gamma) + abs(each.turn_rate_deg_s - rate))
         yield self.held
 
     def commands(self, states: np.ndarray, now_s: float) -> np.ndarray:
@@ -102,7 +106,14 @@ class Pilot:
     def _asked(self, altitude_ft: float, manoeuvre: Manoeuvre) -> Manoeuvres:
         return manoeuvres(float(np.clip(altitude_ft, *ALTITUDE_FT)), *manoeuvre, self.failure, *self.bounds)
 
-    @staticmethod
-    def _hold(found: Manoeuvres) -> Hold:
+    def _hold(self, found: Manoeuvres) -> Hold:
+        """What holds a manoeuvre, with the gains of one nearby if they are known."""
+        here = np.array(found.asked).ravel()
+        if self._gained is not None:
+            failure, there, known = self._gained
+            if failure is self.failure and (np.abs(here - there) < GAINS_HOLD).all():
+                return hold(found, 0, known)
         with threadpool_limits(1):
-            return hold(found, 0)
+            found_hold = hold(found, 0)
+        self._gained = self.failure, here, found_hold
+        return found_hold

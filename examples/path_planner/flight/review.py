@@ -1,16 +1,18 @@
 """What came of a flight: whether it stayed inside what the failure leaves, how near it came to it, and the track.
 
-Inside means at each second from the failure on: alpha and bank inside their bounds, the speed between V_min and V_max
-of the altitude and flight path that are flown, and the turn between the ends of those at that speed. The envelope is that of
-steady flight, so a moment outside it is no loss of control; but who stays outside cannot hold what they fly.
+Inside means at each second from the beginning of the plan on: alpha and bank inside their bounds, the speed between
+V_min and V_max of the altitude and flight path that are flown, and the turn between the ends of those at that speed.
+The envelope is that of steady flight, so speed, flight path and turn are means over 5 s.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from examples.path_planner.flight.failure import bounds_of, failure_of
 from examples.path_planner.flight.flight import Flight
+from examples.path_planner.flight.pilot import ASKED_EVERY_S
 from examples.path_planner.planner.scenario import Scenario
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.sections import turn_rate_interval
@@ -18,12 +20,14 @@ from gtm_fmu.envelopes.sections import turn_rate_interval
 EVERY_S = 1.0
 TRACK_M, TRACK_FT = 100.0, 150.0
 """Farther from the track than this has left it."""
+_AVERAGED = ("tas_kt", "gamma_deg", "turn_rate_deg_s")
+_MEAN = round(5.0 / ASKED_EVERY_S)
 _PATHS_DEG, _ALTITUDES_FT = 0.5, 250.0  # to which V_min and V_max are asked for
 
 
 @dataclass(frozen=True)
 class Review:
-    """Of one flight, from the failure on (n samples).
+    """Of one flight, from the beginning of the plan on (n samples).
 
     Attributes:
         time_s: of the samples.
@@ -89,7 +93,8 @@ def review(flight: Flight, scenario: Scenario) -> Review:
     time = columns["time_s"]
     after = np.flatnonzero(time >= -1e-9)
     rows = after[np.unique(np.searchsorted(time[after], np.arange(0.0, time[-1] + 1e-9, EVERY_S)))]
-    c = {name: values[rows] for name, values in columns.items()}
+    steady = {name: uniform_filter1d(columns[name], _MEAN, mode="nearest") for name in _AVERAGED}
+    c = {name: values[rows] for name, values in (columns | steady).items()}
     speeds: dict[tuple[float, float], tuple[float, float]] = {}
     ends, turns = np.full((2, len(rows)), np.nan), np.full((len(rows), 2), np.nan)
     for k, (altitude, tas, gamma, turn) in enumerate(
