@@ -29,7 +29,7 @@ LEAD_S, FAILED_S = 10.0, 8.0
 """Before the plan begins: the flight starts; the failure happens, where straight and level flight is left."""
 LATEST = 1.3
 """Times of the plan after which a flight that has not come to its end is given up."""
-LOST_M = 1500.0
+LOST_M = 5000.0
 _READ = (
     *("air.tas", "air.alpha", "air.beta", "state.p", "state.q", "state.r", "state.phi", "state.theta", "state.psi"),
     *("state.latitude", "state.longitude", "state.altitude"),

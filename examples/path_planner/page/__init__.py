@@ -1,0 +1,1 @@
+"""The page of a plan: one file with its charts, which needs no network."""
