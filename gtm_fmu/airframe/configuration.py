@@ -20,6 +20,9 @@ RANGES = {
     "wind_ft_s": (-300.0, 300.0),
     "gust_ft_s": (-300.0, 300.0),
     "runway_altitude_ft": (-1500.0, 30000.0),
+    "mass_factor": (0.5, 1.5),
+    "cg_offset_ft": (-1.0, 1.0),
+    "coefficient_factor": (0.5, 1.5),
 }
 """Lowest and highest value, in the order of enum gtm_configuration_fault. Beyond is a slip of the pen: surfaces have no
 other limits here, as controls have none (SPEC 10.1: trim and linearisation set positions directly)."""

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from gtm_fmu.airframe.configuration import RANGES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
-from gtm_fmu.airframe.names import ACCELERATED, OUTPUTS, STATES, TWO_THROTTLE_CONTROLS, TWO_THROTTLE_UNKNOWNS
+from gtm_fmu.airframe.names import ACCELERATED, COEFFICIENTS, OUTPUTS, STATES, TWO_THROTTLE_CONTROLS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.airframe.surfaces import COMMANDED, FLAPS, SPOILERS
 from gtm_fmu.airframe.wind import RUNWAY_ALTITUDE_FT
 from gtm_fmu.core.library import address, library, rows
@@ -43,6 +43,9 @@ class _Struct(ctypes.Structure):
         ("has_shear", ctypes.c_int),
         ("runway_altitude_ft", ctypes.c_double),
         ("has_stall_asymmetry", ctypes.c_int),
+        ("mass_factor", ctypes.c_double),
+        ("cg_offset_ft", ctypes.c_double * 3),
+        ("coefficient_factor", ctypes.c_double * len(COEFFICIENTS)),
         ("mass", ctypes.c_double),
         ("cg", ctypes.c_double * 3),
         ("inertia", ctypes.c_double * 6),
@@ -82,6 +85,9 @@ class Configuration:
         has_shear: whether the wind grows with the height above the runway.
         runway_altitude_ft: where that height begins.
         has_stall_asymmetry: whether the wings stall apart (SPEC 5.6).
+        mass_factor: of mass and inertia.
+        cg_offset_ft: (3) by which the centre of gravity lies forward, to the right and down from where it should.
+        coefficient_factor: (6) of each of `names.COEFFICIENTS`, all tables summed (SPEC 5).
 
     Raises:
         InputError: a value of the wrong kind, or outside `airframe.configuration.RANGES`.
@@ -101,6 +107,9 @@ class Configuration:
     has_shear: bool = True
     runway_altitude_ft: float = RUNWAY_ALTITUDE_FT
     has_stall_asymmetry: bool = False
+    mass_factor: float = 1.0
+    cg_offset_ft: tuple[float, ...] = (0.0, 0.0, 0.0)
+    coefficient_factor: tuple[float, ...] = (1.0,) * len(COEFFICIENTS)
 
     def __post_init__(self) -> None:
         """Store every value as plain numbers and check it."""

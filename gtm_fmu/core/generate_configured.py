@@ -42,10 +42,11 @@ def parameter_function() -> ca.Function:
         ca.SX.sym(name) for name in ("fuel_used", "gear", "damage_case", "has_shear", "runway")
     )
     running, wind, gust = ca.SX.sym("running", 2), ca.SX.sym("wind", 3), ca.SX.sym("gust", 3)
-    mass = mass_properties(fuel_used, gear, damage_case)
+    factor, offset = ca.SX.sym("mass_factor"), ca.SX.sym("cg_offset", 3)
+    mass = mass_properties(fuel_used, gear, damage_case).varied(factor, offset)
     parameters = Parameters(mass, damage_case != 0, running, wind, gust, has_shear, runway)
     moments = ca.vertcat(*components(mass.inertia))
-    arguments = [fuel_used, gear, damage_case, running, wind, gust, has_shear, runway]
+    arguments = [fuel_used, gear, damage_case, running, wind, gust, has_shear, runway, factor, offset]
     return function("cas_configured_parameters", arguments, [parameters.packed(), mass.mass, mass.cg, moments])
 
 

@@ -34,6 +34,9 @@ typedef struct gtm_configuration {
     int has_shear;                          /* whether the wind (not the gust) grows with height */
     double runway_altitude;                 /* ft, where the shear begins */
     int has_stall_asymmetry;                /* SPEC 5.6 */
+    /* What is not known for sure: mass and inertia by a factor, the centre of gravity moved (ft), each total coefficient
+       of SPEC 5 by a factor. */
+    double mass_factor, cg_offset[3], coefficient_factor[GTM_NC];
 
     /* Filled in by gtm_configure. */
     double mass, cg[3], inertia[6];         /* slug; ft in the frame of SPEC 1; Ixx Iyy Izz Ixz Iyz Ixy in slug ft^2 */
@@ -59,7 +62,10 @@ enum gtm_configuration_fault {
     GTM_BAD_SURFACE_OFFSET = 8,
     GTM_BAD_WIND = 9,
     GTM_BAD_GUST = 10,
-    GTM_BAD_RUNWAY_ALTITUDE = 11
+    GTM_BAD_RUNWAY_ALTITUDE = 11,
+    GTM_BAD_MASS_FACTOR = 12,
+    GTM_BAD_CG_OFFSET = 13,
+    GTM_BAD_COEFFICIENT_FACTOR = 14
 };
 
 GTM_API long gtm_configuration_size(void);

@@ -23,4 +23,11 @@ GTM_API void gtm_end_slopes(const gtm_configuration *c, enum gtm_throttles throt
                             const double *lower, const double *upper, const double *objective, const double *y,
                             gtm_slopes *slopes);
 
+/* The same of what is not known for sure of a configuration: the mass by a factor, the centre of gravity along each axis
+   (per ft), each coefficient by a factor; in this order. */
+enum { GTM_TOLERANCES = 1 + 3 + GTM_NC };
+GTM_API void gtm_tolerance_slopes(const gtm_configuration *c, enum gtm_throttles throttles, double altitude,
+                                  double gamma, const double *lower, const double *upper, const double *objective,
+                                  const double *y, gtm_slope slopes[GTM_TOLERANCES]);
+
 #endif

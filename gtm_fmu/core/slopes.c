@@ -15,7 +15,10 @@ typedef struct {
     int is_study; /* the airframe is the study's, which its own functions know */
 } place;
 
-typedef enum { ALTITUDE, PATH, STABILIZER, FLAPS, SPOILERS, FUEL, QUANTITIES } quantity;
+typedef enum {
+    ALTITUDE, PATH, STABILIZER, FLAPS, SPOILERS, FUEL, TOLERANCES,
+    MASS = TOLERANCES, CG, COEFFICIENTS = CG + 3, QUANTITIES = COEFFICIENTS + GTM_NC
+} quantity;
 
 /* Of differences: their error is of the second order in these, and rounding is below it. */
 static double step_of(quantity q)
@@ -27,7 +30,8 @@ static double step_of(quantity q)
     case STABILIZER: return part * (gtm_stabilizer_deg_range.highest - gtm_stabilizer_deg_range.lowest);
     case FLAPS: return part * (gtm_flap_deg_range.highest - gtm_flap_deg_range.lowest);
     case SPOILERS: return part * (gtm_spoiler_deg_range.highest - gtm_spoiler_deg_range.lowest);
-    default: return part * (gtm_fuel_used_lb_range.highest - gtm_fuel_used_lb_range.lowest);
+    case FUEL: return part * (gtm_fuel_used_lb_range.highest - gtm_fuel_used_lb_range.lowest);
+    default: return part;
     }
 }
 
@@ -41,6 +45,9 @@ static int move(quantity q, double by, place *at)
     for (int k = 0; q == FLAPS && k < GTM_FLAPS; k++) c->flap[k] += by;
     for (int k = 0; q == SPOILERS && k < GTM_SPOILERS; k++) c->spoiler[k] += by;
     if (q == FUEL) c->fuel_used += by;
+    if (q == MASS) c->mass_factor += by;
+    if (q >= CG && q < COEFFICIENTS) c->cg_offset[q - CG] += by;
+    if (q >= COEFFICIENTS) c->coefficient_factor[q - COEFFICIENTS] += by;
     return q >= STABILIZER && gtm_configure(c);
 }
 
@@ -73,6 +80,24 @@ static gtm_slope slope_of(gtm_sides s)
     return (gtm_slope){s.below, s.above};
 }
 
+static place place_of(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma)
+{
+    place here = {.altitude = altitude, .gamma = gamma, .throttles = throttles, .is_study = !c};
+    if (c)
+        here.airframe = *c;
+    else
+        gtm_study_configuration(&here.airframe);
+    return here;
+}
+
+static gtm_slope slope_over(const place *here, quantity q, const gtm_problem *p, const gtm_bounds *b,
+                            const double *objective, const double *y)
+{
+    double dF[2][GTM_NF];
+    rates_of(here, q, y, dF);
+    return slope_of(gtm_slopes_of_condition(p, b->lower, b->upper, objective, y, dF));
+}
+
 void gtm_end_slopes(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
                     const double *lower, const double *upper, const double *objective, const double *y,
                     gtm_slopes *slopes)
@@ -89,16 +114,19 @@ void gtm_end_slopes(const gtm_configuration *c, enum gtm_throttles throttles, do
         slopes->upper[i] = slope_of(of_bounds.upper[i]);
         slopes->held[i] = slope_of(of_bounds.held[i]);
     }
-    gtm_slope *const of[QUANTITIES] = {&slopes->altitude, &slopes->gamma, &slopes->stabilizer, &slopes->flaps,
+    gtm_slope *const of[TOLERANCES] = {&slopes->altitude, &slopes->gamma, &slopes->stabilizer, &slopes->flaps,
                                        &slopes->spoilers, &slopes->fuel_used};
-    place here = {.altitude = altitude, .gamma = gamma, .throttles = throttles, .is_study = !c};
-    if (c)
-        here.airframe = *c;
-    else
-        gtm_study_configuration(&here.airframe);
-    for (int q = 0; q < QUANTITIES; q++) {
-        double dF[2][GTM_NF];
-        rates_of(&here, (quantity)q, y, dF);
-        *of[q] = slope_of(gtm_slopes_of_condition(p, b.lower, b.upper, objective, y, dF));
-    }
+    const place here = place_of(c, throttles, altitude, gamma);
+    for (int q = 0; q < TOLERANCES; q++) *of[q] = slope_over(&here, (quantity)q, p, &b, objective, y);
+}
+
+void gtm_tolerance_slopes(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                          const double *lower, const double *upper, const double *objective, const double *y,
+                          gtm_slope slopes[GTM_TOLERANCES])
+{
+    gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
+    const gtm_bounds b = gtm_bounds_of(&flight, lower, upper);
+    const place here = place_of(c, throttles, altitude, gamma);
+    for (int q = TOLERANCES; q < QUANTITIES; q++)
+        slopes[q - TOLERANCES] = slope_over(&here, (quantity)q, &flight.problem, &b, objective, y);
 }

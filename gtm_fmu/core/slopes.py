@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gtm_fmu.airframe.names import TWO_THROTTLE_UNKNOWNS
+from gtm_fmu.airframe.names import COEFFICIENTS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.core.library import address, library
 from gtm_fmu.core.solver import STUDY, Airframe
 
@@ -21,6 +21,10 @@ SLOPES = np.dtype(
 """``gtm_slopes``: each pair is (below, above), where the quantity shrinks and where it grows."""
 
 
+TOLERANCES = ("mass", *(f"cg_{axis}" for axis in "xyz"), *COEFFICIENTS)
+"""What is not known for sure of a configuration, in the order of ``gtm_tolerance_slopes``: 1, ft, 1."""
+
+
 def end_slopes(
     altitude: float,
     gamma: float,
@@ -34,11 +38,30 @@ def end_slopes(
 
     NaN where a quantity can not go, or where no manoeuvre is left inside the bounds.
     """
-    given = [
-        airframe.rows(values, name)
-        for values, name in ((lower, "lower"), (upper, "upper"), (objective, "objective"), (y, "y"))
-    ]
     found = np.zeros((), SLOPES)
-    at = ctypes.c_double(altitude), ctypes.c_double(gamma)
-    library().gtm_end_slopes(*airframe.arguments, *at, *(address(array) for array in given), address(found))
+    _solve("gtm_end_slopes", found, altitude, gamma, (lower, upper, objective, y), airframe)
     return found
+
+
+def tolerance_slopes(
+    altitude: float,
+    gamma: float,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    objective: ArrayLike,
+    y: ArrayLike,
+    airframe: Airframe = STUDY,
+) -> np.ndarray:
+    """The same with respect to each of `TOLERANCES`: (10, 2), each (below, above)."""
+    found = np.zeros((len(TOLERANCES), 2))
+    _solve("gtm_tolerance_slopes", found, altitude, gamma, (lower, upper, objective, y), airframe)
+    return found
+
+
+def _solve(
+    name: str, found: np.ndarray, altitude: float, gamma: float, given: tuple[ArrayLike, ...], airframe: Airframe
+) -> None:
+    names = ("lower", "upper", "objective", "y")
+    arrays = [airframe.rows(values, name) for values, name in zip(given, names, strict=True)]
+    at = ctypes.c_double(altitude), ctypes.c_double(gamma)
+    getattr(library(), name)(*airframe.arguments, *at, *(address(array) for array in arrays), address(found))

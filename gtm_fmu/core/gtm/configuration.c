@@ -24,6 +24,9 @@ static int fault_of(const gtm_configuration *c)
     if (outside(gtm_wind_ft_s_range, 3, c->wind)) return GTM_BAD_WIND;
     if (outside(gtm_gust_ft_s_range, 3, c->gust)) return GTM_BAD_GUST;
     if (outside(gtm_runway_altitude_ft_range, 1, &c->runway_altitude)) return GTM_BAD_RUNWAY_ALTITUDE;
+    if (outside(gtm_mass_factor_range, 1, &c->mass_factor)) return GTM_BAD_MASS_FACTOR;
+    if (outside(gtm_cg_offset_ft_range, 3, c->cg_offset)) return GTM_BAD_CG_OFFSET;
+    if (outside(gtm_coefficient_factor_range, GTM_NC, c->coefficient_factor)) return GTM_BAD_COEFFICIENT_FACTOR;
     return GTM_CONFIGURED;
 }
 
@@ -122,7 +125,7 @@ int gtm_configure(gtm_configuration *c)
     const double damage_case = c->damage_case, has_shear = c->has_shear != 0;
     const double running[2] = {c->engine_running[0] != 0, c->engine_running[1] != 0};
     cas_configured_parameters((const double *[]){&c->fuel_used, &c->gear, &damage_case, running, c->wind, c->gust,
-                                           &has_shear, &c->runway_altitude},
+                                           &has_shear, &c->runway_altitude, &c->mass_factor, c->cg_offset},
                         (double *[]){c->parameters, &c->mass, c->cg, c->inertia}, 0, 0, 0);
     return GTM_CONFIGURED;
 }
@@ -134,6 +137,8 @@ void gtm_study_configuration(gtm_configuration *c)
     c->engine_running[0] = c->engine_running[1] = 1;
     c->has_shear = 1;
     c->runway_altitude = gtm_default_runway;
+    c->mass_factor = 1;
+    for (int j = 0; j < GTM_NC; j++) c->coefficient_factor[j] = 1;
     gtm_configure(c);
 }
 

@@ -191,6 +191,7 @@ void gtm_configured_coefficients(const gtm_configuration *c, const double K[GTM_
         gtm_coefficients(K, C);
     else
         look_up(c, K, 0, C, 0);
+    for (int i = 0; i < GTM_NC; i++) C[i] *= c->coefficient_factor[i];
 }
 
 void gtm_configured_coefficients_and_slopes(const gtm_configuration *c, const double K[GTM_NK], double C[GTM_NC],
@@ -200,4 +201,8 @@ void gtm_configured_coefficients_and_slopes(const gtm_configuration *c, const do
         gtm_coefficients_and_slopes(K, C, T);
     else
         look_up(c, K, 1, C, T);
+    for (int i = 0; i < GTM_NC; i++) {
+        C[i] *= c->coefficient_factor[i];
+        for (int j = 0; j < GTM_NK; j++) T[i * GTM_NK + j] *= c->coefficient_factor[i];
+    }
 }

@@ -31,7 +31,8 @@ extern const double gtm_elevator_part, gtm_elevator_arm[GTM_SEGMENTS];
 extern const unsigned char gtm_has_surface[GTM_DAMAGE_CASES][GTM_AERODYNAMIC];
 extern const gtm_range gtm_fuel_used_lb_range, gtm_stabilizer_deg_range, gtm_gear_range, gtm_spoiler_deg_range,
     gtm_flap_deg_range, gtm_surface_gain_range, gtm_surface_offset_deg_range, gtm_wind_ft_s_range,
-    gtm_gust_ft_s_range, gtm_runway_altitude_ft_range;
+    gtm_gust_ft_s_range, gtm_runway_altitude_ft_range, gtm_mass_factor_range, gtm_cg_offset_ft_range,
+    gtm_coefficient_factor_range;
 extern const double gtm_default_runway, gtm_fastest_servo;
 extern const gtm_range gtm_servo_range[]; /* in the order of actuators.SERVOS */
 
