@@ -105,12 +105,17 @@ class FlightCondition:
         self._is_rudder_dead = solver.dead_controls(self.failure.configuration)[TWO_THROTTLE_CONTROLS.index("rudder")]
 
     def changed(
-        self, altitude_ft: float | None = None, gamma_deg: float | None = None, failure: Failure | None = None
+        self,
+        altitude_ft: float | None = None,
+        gamma_deg: float | None = None,
+        failure: Failure | None = None,
+        alpha_deg: Range | None = None,
     ) -> "FlightCondition":
-        """The same with another ``altitude_ft``, ``gamma_deg`` or ``failure``."""
+        """The same with another ``altitude_ft``, ``gamma_deg``, ``failure`` or bounds ``alpha_deg``."""
         altitude_ft = self.altitude_ft if altitude_ft is None else altitude_ft
         gamma_deg = self.gamma_deg if gamma_deg is None else gamma_deg
-        return FlightCondition(altitude_ft, gamma_deg, failure or self.failure, self.alpha_deg, self.phi_deg)
+        alpha_deg = self.alpha_deg if alpha_deg is None else alpha_deg
+        return FlightCondition(altitude_ft, gamma_deg, failure or self.failure, alpha_deg, self.phi_deg)
 
     @property
     def limits(self) -> ControlLimits:
@@ -191,9 +196,17 @@ class FlightCondition:
             inside, outside, y = (inside, middle, y) if found is None else (middle, outside, found)
         return inside
 
+    def end(self, sign: float) -> solver.Extreme:
+        """The slowest manoeuvre (``sign`` 1) or the fastest (-1) under these limits, or what exceeds them least."""
+        return self._extreme(self.limits.rudder_deg, (V, sign))
+
+    def least_throttle_end(self) -> solver.Extreme:
+        """The manoeuvre of the least throttle that keeps every other limit, or what exceeds these least."""
+        return self._extreme(self.limits.rudder_deg, _T_MIN)
+
     def extremes(self) -> np.ndarray:
         """Trim unknowns (n, 9 or 10) at V_min and V_max under these limits; none without an envelope."""
-        ends = [self._extreme(self.limits.rudder_deg, goal) for goal in (_V_MIN, _V_MAX)]
+        ends = [self.end(sign) for sign in (1.0, -1.0)]
         return np.array([end.y for end in ends if end.status == solver.TRIMMED]).reshape(-1, len(self._lower))
 
     @property

@@ -189,7 +189,7 @@ def manoeuvres(
     n = len(asked.altitude_ft)
     failures = _failures(limits, n)
     answers = np.zeros(n, query.ANSWER)
-    for failure, rows in _rows_of_each(failures).items():
+    for failure, rows in rows_of_each(failures).items():
         lower, upper = (np.tile(bound, (len(rows), 1)) for bound in manoeuvre.bounds(failure, alpha_deg, phi_deg))
         lower[:, V] = upper[:, V] = asked.tas_kt[rows] * FT_S_PER_KT
         lower[:, PSI_DOT] = upper[:, PSI_DOT] = asked.turn_rate_deg_s[rows] * RAD_PER_DEG
@@ -198,7 +198,7 @@ def manoeuvres(
     return Manoeuvres(asked, failures, (alpha_deg, phi_deg), answers)
 
 
-def _rows_of_each(failures: tuple[Failure, ...]) -> dict[Failure, np.ndarray]:
+def rows_of_each(failures: tuple[Failure, ...]) -> dict[Failure, np.ndarray]:
     """Rows of the manoeuvres with each failure."""
     if len({id(failure) for failure in failures}) == 1:
         return {failures[0]: np.arange(len(failures))}
