@@ -41,7 +41,7 @@ class MassProperties(NamedTuple):
     inertia: ca.DM | ca.SX
     inverse_inertia: ca.DM | ca.SX
 
-    def varied(self, factor: Quantity, cg_offset: Quantity) -> "MassProperties":
+    def varied(self, factor: Quantity, cg_offset: Quantity) -> MassProperties:
         """Mass and inertia by a factor, and the centre of gravity moved by an offset (3) in ft."""
         inertia, inverse = self.inertia * factor, self.inverse_inertia / factor
         return MassProperties(self.mass * factor, self.cg + cg_offset, inertia, inverse)

@@ -15,7 +15,14 @@ from numpy.typing import ArrayLike
 
 from gtm_fmu.airframe.configuration import RANGES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
-from gtm_fmu.airframe.names import ACCELERATED, COEFFICIENTS, OUTPUTS, STATES, TWO_THROTTLE_CONTROLS, TWO_THROTTLE_UNKNOWNS
+from gtm_fmu.airframe.names import (
+    ACCELERATED,
+    COEFFICIENTS,
+    OUTPUTS,
+    STATES,
+    TWO_THROTTLE_CONTROLS,
+    TWO_THROTTLE_UNKNOWNS,
+)
 from gtm_fmu.airframe.surfaces import COMMANDED, FLAPS, SPOILERS
 from gtm_fmu.airframe.wind import RUNWAY_ALTITUDE_FT
 from gtm_fmu.core.library import address, library, rows

@@ -66,13 +66,18 @@ class Tolerances:
     @property
     def has_box(self) -> bool:
         """Whether the aircraft is not known for sure."""
-        return bool(self.sizes.any())
+        return bool(self.axes)
 
     @property
     def sizes(self) -> np.ndarray:
         """Half the sides (10) of the box: 1, ft, 1 as in `core.slopes.TOLERANCES`."""
         cg_ft = self.cg_tolerance * MEAN_CHORD
         return np.array([self.mass_tolerance, *(cg_ft,) * 3, *(self.aero_tolerance,) * len(COEFFICIENTS)])
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Which of the ten numbers of a place count."""
+        return tuple(np.flatnonzero(self.sizes).tolist())
 
     def corners(self) -> Iterator[Place]:
         """Every corner of the box: 2 for the mass, 8 for the centre of gravity, 64 for the coefficients, all together.
@@ -107,7 +112,7 @@ class Tolerances:
         return math.atan2(self.gust_kt, tas_kt) * DEG_PER_RAD
 
     def alpha_kept(self, alpha_deg: Range, tas_kt: float) -> Range | None:
-        """Bounds of alpha in deg that the gust at this airspeed leaves a steady manoeuvre; None where it leaves none."""
+        """Bounds of alpha in deg that the gust leaves a steady manoeuvre at an airspeed; None where it leaves none."""
         margin = self.gust_alpha_deg(tas_kt)
         low, high = alpha_deg[0] + margin, alpha_deg[1] - margin
         return (low, high) if low <= high else None

@@ -1,9 +1,9 @@
 """Manoeuvres that can be flown for sure, or possibly, where the aircraft is not known for sure.
 
-A manoeuvre is guaranteed if every aircraft at the corners of the box of `tolerances.Tolerances`, and the nominal one, can
-fly it at its speed and at those that a gust along the flight path makes of it, with alpha inside its bounds in a gust
-across the wings at each of these speeds. It is possible if one of these aircraft can fly it in still air. Every corner is
-solved: there are 1024 with all tolerances.
+A manoeuvre is guaranteed if every aircraft at the corners of the box of `tolerances.Tolerances`, and the nominal one,
+can fly it at its speed and at those that a gust along the flight path makes of it, with alpha inside its bounds in a
+gust across the wings at each of these speeds. It is possible if one of these aircraft can fly it in still air. Every
+corner is solved: there are 1024 with all tolerances.
 """
 
 from dataclasses import asdict, dataclass, replace
