@@ -80,8 +80,14 @@ class EndSearch:
         The best of all branches is the best of one, which its slopes lead to.
         """
         start = self._place_with_envelope()
-        here = None if start is None else self._climbed(self.at(start), -1)
-        while here is not None and (place := self._next_neighbour(here)) is not None:
+        here = None if start is None else self.at(start)
+        if here is None:
+            return None
+        order = _Order(self.tolerances, self.sign)
+        order.add_turns(here)
+        for there in (here, *map(self.at, order.best())):
+            here = self._farther(self._climbed(there, -1), here, -1) or here
+        while (place := self._next_neighbour(here)) is not None:
             here = self._climbed(self._farther(self.at(place), here, -1), -1) or here
         return here
 
@@ -190,6 +196,10 @@ class _Order:
         told = (self.sign * y[V] + steps.sum(axis=1)) * KT_PER_FT_S
         self.told[side].append(np.where(np.isnan(told), np.inf, told))  # no manoeuvre is left there
         self.distances[side].append(np.abs(away).sum(axis=1))
+
+    def best(self) -> list[Place]:
+        """The corner of each branch that is told to be the best."""
+        return [self.corners[int(np.argmin(told[-1]))] for told in self.told.values() if told]
 
     def worst(self, tas_kt: float, known: Collection[Place]) -> Place | None:
         """The corner, of those not known, that is told to be the worst; None if none is told worse than a speed."""
