@@ -87,11 +87,7 @@ def envelope_family(
     Raises:
         InputError: no such axis, no value, or a value or step outside what is allowed.
     """
-    if over not in AXES:
-        raise InputError(f"Envelopes do not vary over '{over}'; choose one of {', '.join(AXES)}.")
-    if not len(values):
-        raise InputError(f"There is no value of {over}; give at least one.")
-    conditions = [_varied(condition, AXES[over], float(value)) for value in values]
+    conditions = varied_conditions(condition, over, values)
     members = []
     for value, varied in zip(values, conditions, strict=True):
         grid = envelope_grid(varied, tas_step_kt, turn_rate_step_deg_s)
@@ -99,6 +95,24 @@ def envelope_family(
         if progress:
             progress(len(members), len(conditions))
     return EnvelopeFamily(AXES[over], tuple(members))
+
+
+def varied_conditions(condition: FlightCondition, over: str, values: Sequence[float]) -> list[FlightCondition]:
+    """The conditions of a family.
+
+    Args:
+        condition: what all have in common.
+        over: a name of `AXES`.
+        values: of the axis, in ft, deg or %.
+
+    Raises:
+        InputError: no such axis, no value, or a value outside what is allowed.
+    """
+    if over not in AXES:
+        raise InputError(f"Envelopes do not vary over '{over}'; choose one of {', '.join(AXES)}.")
+    if not len(values):
+        raise InputError(f"There is no value of {over}; give at least one.")
+    return [_varied(condition, AXES[over], float(value)) for value in values]
 
 
 def _varied(condition: FlightCondition, axis: Column, value: float) -> FlightCondition:

@@ -67,6 +67,14 @@ class TolerantEnvelope:
     guaranteed: Ends | None
     possible: Ends | None
 
+    def speeds_kt(self, kind: str) -> Range | None:
+        """V_min and V_max in kn, ``guaranteed``, ``nominal`` or ``possible``; None where there are none."""
+        if kind == "nominal":
+            low, high = self.nominal.v_min_kt, self.nominal.v_max_kt
+            return None if low is None or high is None else (low, high)
+        ends: Ends | None = getattr(self, kind)
+        return ends and (ends[0].tas_kt, ends[1].tas_kt)
+
     def to_dict(self) -> dict[str, Any]:
         """Tolerances, and both envelopes with their ends, ready for JSON."""
         return {

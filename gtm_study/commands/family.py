@@ -9,6 +9,8 @@ from rich.table import Table
 
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.family import EnvelopeFamily, envelope_family
+from gtm_fmu.envelopes.tolerances import Tolerances
+from gtm_fmu.envelopes.tolerant_family import tolerant_family
 from gtm_fmu.errors import InputError
 from gtm_study.commands.options import check_varied
 from gtm_study.files import save_picture
@@ -57,6 +59,29 @@ def show_family(condition: FlightCondition, over: Over, plot: Path | None, as_js
         show(family.to_dict() | ({"plot": str(plot)} if plot else {}), True, "")
     else:
         Console().print(_table(family))
+
+
+def show_tolerant_family(
+    condition: FlightCondition, tolerances: Tolerances, over: Over, plot: Path | None, as_json: bool
+) -> None:
+    """Compute, draw and print guaranteed and possible speeds along an axis."""
+    from gtm_study.commands.printing import show
+    from gtm_study.figures.tolerances import plot_tolerances, tolerances_page
+
+    name, *lattice = over
+    values = positions(name, *lattice)
+    with stages(Console(stderr=True, quiet=as_json)) as stage, stage(f"Envelopes over {name}") as advance:
+        family = tolerant_family(condition, name, values, tolerances, progress=advance)
+    if plot:
+        save_picture(plot, lambda: plot_tolerances(family), lambda: tolerances_page(family))
+    if as_json:
+        show(family.to_dict() | ({"plot": str(plot)} if plot else {}), True, "")
+        return
+    table = Table(family.axis.label, "guaranteed, kn", "nominal, kn", "possible, kn", title_justify="left")
+    table.title = f"Speeds over {family.axis.name}"
+    for value, speeds in zip(family.values, family.speeds_kt.tolist(), strict=True):
+        table.add_row(f"{value:g}", *("none" if low != low else f"{low:.2f} .. {high:.2f}" for low, high in speeds))
+    Console().print(table)
 
 
 def _table(family: EnvelopeFamily) -> Table:

@@ -10,7 +10,20 @@ from rich.table import Table
 from gtm_fmu.aircraft.ranges import ALTITUDE_FT, GAMMA_DEG, TAS_KT, TURN_RATE_DEG_S, check_range
 from gtm_fmu.errors import InputError
 from gtm_study.commands.command import NO_SOLUTION
-from gtm_study.commands.options import ASKED, FAILURE, Alpha, Altitude, Gamma, Json, Option, Phi, given_failure, takes
+from gtm_study.commands.options import (
+    ASKED,
+    FAILURE,
+    TOLERANCES,
+    Alpha,
+    Altitude,
+    Gamma,
+    Json,
+    Option,
+    Phi,
+    given_failure,
+    given_tolerances,
+    takes,
+)
 from gtm_study.commands.printing import show
 from gtm_study.files import check_picture, save_picture
 
@@ -18,6 +31,7 @@ if TYPE_CHECKING:
     from gtm_fmu.aircraft.failures import Failure
     from gtm_fmu.envelopes.manoeuvres import Manoeuvres
     from gtm_fmu.envelopes.performance import Performance
+    from gtm_fmu.envelopes.tolerances import Tolerances
 
 _SPEEDS = ("tas_kt", "eas_kt", "cas_kt")
 _TRIM = ("alpha_deg", "beta_deg", "phi_deg", "elevator_deg", "aileron_deg", "rudder_deg", "throttle_pct")
@@ -25,7 +39,7 @@ TURN_RATE = Option(Annotated[float, typer.Option(help="Turn rate in deg/s, posit
 MANOEUVRE: dict[str, Option] = {name: ASKED[name] for name in _SPEEDS} | {"turn_rate_deg_s": TURN_RATE}
 
 
-@takes(MANOEUVRE | FAILURE)
+@takes(MANOEUVRE | FAILURE | TOLERANCES)
 def manoeuvre(
     altitude_ft: Annotated[float | None, typer.Option(help="Geometric altitude, 0 to 36089 ft.")] = None,
     gamma_deg: Gamma = 0.0,
@@ -44,14 +58,16 @@ def manoeuvre(
     Where it cannot, the limits that would make it possible if they alone were moved, and how far. Exit code 3 then.
     Margins are those of the trim with the least sideslip. A table has the columns altitude_ft and tas_kt, and may have
     gamma_deg, turn_rate_deg_s and limits as rudder_lower_deg and rudder_upper_deg, which take the options' place.
+    With tolerances: whether it is guaranteed, flown by all aircraft within them and in the gust, and whether it is
+    possible, flown by some aircraft. Exit code 3 is about the aircraft as it should be.
     """
-    failure = given_failure(given)
+    failure, tolerances = given_failure(given), given_tolerances(given)
     if (data is None) != (output is None):
         raise InputError("A table is answered by another: give --data and --output, or neither.")
     if data is not None and output is not None:
         if intervals or altitude_ft is not None or any(given[name] is not None for name in _SPEEDS):
             raise InputError("Manoeuvres are in the table: leave out --altitude-ft, the speed and --intervals.")
-        rows = _answer_table(data, output, gamma_deg, given["turn_rate_deg_s"], failure, alpha_deg, phi_deg)
+        rows = _answer_table(data, output, gamma_deg, given["turn_rate_deg_s"], failure, alpha_deg, phi_deg, tolerances)
         return show({"output": str(output), **rows}, as_json, "Manoeuvres")
     if altitude_ft is None:
         raise InputError("Missing option '--altitude-ft'; see `gtm-fmu manoeuvre --help`.")
@@ -66,6 +82,10 @@ def manoeuvre(
         from gtm_fmu.envelopes.remedies import remedies
 
         values["remedies"] = [remedy.to_dict() for remedy in remedies(found, 0)]
+    if tolerances:
+        from gtm_fmu.envelopes.tolerant_manoeuvres import tolerant_manoeuvres
+
+        values |= tolerant_manoeuvres(found, tolerances).to_dict(0)
     if intervals:
         from gtm_fmu.envelopes.sections import climb_interval, speed_interval, turn_rate_interval
 
@@ -98,6 +118,12 @@ def _speed(altitude_ft: float, given: dict[str, Any]) -> float:
 def _rows(values: dict[str, Any]) -> dict[str, Any]:
     """An answer as a person reads it."""
     rows = {name: values[name] for name in ("feasible", "binding", "stable", "controllable")}
+    rows |= {name: values[name] for name in ("guaranteed", "possible") if name in values}
+    if unfit := values.get("not_flown_by"):
+        aircraft = (
+            ", ".join(f"{name} {value:+.3g}" for name, value in unfit["aircraft"].items()) or "the aircraft as it is"
+        )
+        rows["not guaranteed, as not flown by"] = f"{aircraft} at {unfit['tas_kt']:.2f} kn"
     if values["trim"] is None:
         rows["why not"] = "no trim at any limit"
     for remedy in values.get("remedies", ()):
@@ -110,6 +136,8 @@ def _rows(values: dict[str, Any]) -> dict[str, Any]:
     if values["thrust_margin_n"]:
         lower, upper = values["thrust_margin_n"]
         rows["margin of thrust_n"] = f"{lower:.4g} to the least, {upper:.4g} to the most"
+    for name, (lower, upper) in (values.get("least_margins") or {}).items():
+        rows[f"guaranteed margin of {name}"] = f"{lower:.4g} to the lower limit, {upper:.4g} to the upper"
     for name, ends in values.get("intervals", {}).items():
         rows[f"interval of {name}"] = [f"{low:.4f} .. {high:.4f}" for low, high in ends]
     return rows | {f"trim: {name}": values["trim"][name] for name in _TRIM if name in (values["trim"] or {})}
@@ -123,6 +151,7 @@ def _answer_table(
     failure: "Failure",
     alpha_deg: tuple[float, float],
     phi_deg: tuple[float, float],
+    tolerances: "Tolerances | None",
 ) -> dict[str, int]:
     """Write the answers about all rows of a table beside them; how many rows, and how many of them are feasible."""
     from gtm_fmu.aircraft.inputs import LIMITED, limit_columns
@@ -157,8 +186,16 @@ def _answer_table(
         failures = [known[row] for row in limits]
     path, rate = (columns.get(name, defaults[name]) for name in ("gamma_deg", "turn_rate_deg_s"))
     found = manoeuvres(columns["altitude_ft"], columns["tas_kt"], path, rate, failures, alpha_deg, phi_deg)
-    write_table(with_results(rows, _columns(found), data), output)
-    return {"rows": len(found), "feasible": int(found.feasible.sum())}
+    answers, counts = _columns(found), {"rows": len(found), "feasible": int(found.feasible.sum())}
+    if tolerances:
+        from gtm_fmu.envelopes.tolerant_manoeuvres import tolerant_manoeuvres
+
+        told = tolerant_manoeuvres(found, tolerances)
+        for name in ("guaranteed", "possible"):
+            answers[name] = getattr(told, name)
+            counts[name] = int(answers[name].sum())
+    write_table(with_results(rows, answers, data), output)
+    return counts
 
 
 def _columns(found: "Manoeuvres") -> dict[str, Any]:

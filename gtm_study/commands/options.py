@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -10,6 +10,9 @@ from gtm_fmu.aircraft.failures import Failure
 from gtm_fmu.aircraft.inputs import LIMITED, QUANTITIES, EngineOut, failure, limit_columns
 from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, WIDEST
 from gtm_fmu.errors import InputError
+
+if TYPE_CHECKING:
+    from gtm_fmu.envelopes.tolerances import Tolerances
 
 Pair = tuple[float, float]
 
@@ -97,6 +100,18 @@ FAILURE: dict[str, Option] = {
 """Options that tell a failure."""
 
 
+TOLERANCES: dict[str, Option] = {
+    name: Option(Annotated[float, typer.Option(help=text)], 0.0)
+    for name, text in {
+        "gust_kt": "Gust in kn that is kept room for, along the flight path and across the wings.",
+        "mass_tolerance": "Mass and inertia may be off by this part: 0.05 is 5 % more or less.",
+        "cg_tolerance": "The centre of gravity may be off by this part of the mean chord, along each axis.",
+        "aero_tolerance": "Each of the six total coefficients may be off by this part.",
+    }.items()
+}
+"""Options that tell what is not known for sure."""
+
+
 SPEEDS = "give one speed, or an angle of attack in its place"
 ASKED: dict[str, Option] = {
     name: Option(Annotated[float | None, typer.Option(help=text)])
@@ -123,6 +138,19 @@ def check_varied(control: str, given: Mapping[str, Any]) -> None:
     label = LIMITED[control][0].label if control in LIMITED else None
     if label and given[label] != FAILURE[label].default:
         raise InputError(f"The {control} is varied; leave out its limits, or vary another control.")
+
+
+def given_tolerances(given: Mapping[str, Any]) -> "Tolerances | None":
+    """What the options `TOLERANCES` tell; None where everything is known for sure.
+
+    Raises:
+        InputError: a value outside what is allowed.
+    """
+    if not any(given[name] != option.default for name, option in TOLERANCES.items()):
+        return None
+    from gtm_fmu.envelopes.tolerances import Tolerances
+
+    return Tolerances(**{name: given[name] for name in TOLERANCES})
 
 
 def given_failure(given: Mapping[str, Any]) -> Failure:

@@ -32,6 +32,9 @@ def envelope_rows(envelope: Envelope, values: Mapping[str, Any]) -> Rows:
     """Of an envelope: the three numbers, then what was asked, then its trims."""
     at = captions.condition(envelope.altitude_ft, envelope.gamma_deg)
     rows = {name: values[name] for name in _ANSWERS} | {"condition": at, "failure": captions.failure(envelope.failure)}
+    for name in ("guaranteed", "possible"):
+        if name in values:
+            rows |= {f"{name} speeds, kn": _between(values[name]), f"{name} by": _aircraft(values[name])}
     rows["speeds with a manoeuvre, kn"] = [f"{low:.2f} .. {high:.2f}" for low, high in values["intervals_kt"]]
     rows |= {name: values[name] for name in ("t_min_pct", "plot") if name in values}
     rows |= {
@@ -41,6 +44,23 @@ def envelope_rows(envelope: Envelope, values: Mapping[str, Any]) -> Rows:
         if trim := getattr(envelope, name):
             rows |= {title + k: v for k, v in trim_rows(trim, values[name]).items() if k not in _KNOWN}
     return rows
+
+
+def _between(ends: Mapping[str, Any]) -> str:
+    return f"{ends['v_min_kt']:.2f} .. {ends['v_max_kt']:.2f}" if ends["feasible"] else "none"
+
+
+def _aircraft(ends: Mapping[str, Any]) -> list[str]:
+    """Of the aircraft and the gusts that hold the ends."""
+    if not ends["feasible"]:
+        return []
+    told = []
+    for title, end in (("V_min", ends["at_v_min"]), ("V_max", ends["at_v_max"])):
+        parts = [f"{name} {value:+.3g}" for name, value in end["aircraft"].items()]
+        if end["gust_alpha_deg"]:
+            parts.append(f"gust {end['gust_alpha_deg']:.2f} deg and {end['gust_load_factor']:.2f} g")
+        told.append(f"{title} {', '.join(parts) or 'as it is'}")
+    return told
 
 
 def _moves(slope: Slope) -> bool:
