@@ -120,10 +120,8 @@ def _rows(values: dict[str, Any]) -> dict[str, Any]:
     rows = {name: values[name] for name in ("feasible", "binding", "stable", "controllable")}
     rows |= {name: values[name] for name in ("guaranteed", "possible") if name in values}
     if unfit := values.get("not_flown_by"):
-        aircraft = (
-            ", ".join(f"{name} {value:+.3g}" for name, value in unfit["aircraft"].items()) or "the aircraft as it is"
-        )
-        rows["not guaranteed, as not flown by"] = f"{aircraft} at {unfit['tas_kt']:.2f} kn"
+        aircraft = ", ".join(f"{name} {value:+.3g}" for name, value in unfit["aircraft"].items() if value)
+        rows["not guaranteed, as not flown by"] = f"{aircraft or 'the aircraft as it is'} at {unfit['tas_kt']:.2f} kn"
     if values["trim"] is None:
         rows["why not"] = "no trim at any limit"
     for remedy in values.get("remedies", ()):
