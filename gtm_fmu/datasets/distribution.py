@@ -10,6 +10,7 @@ import resource
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from gtm_fmu.aircraft.ranges import Range
 from gtm_fmu.airframe.provenance import provenance
 from gtm_fmu.datasets.cases import Cases
 from gtm_fmu.datasets.store import CaseStore, writer_lock
+from gtm_fmu.envelopes.tolerances import Tolerances
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import real_path
 from gtm_fmu.trims import manoeuvre
@@ -59,6 +61,7 @@ def compute(
     scheduler: str | None = None,
     progress: Progress | None = None,
     replace: bool = False,
+    tolerances: Tolerances | None = None,
 ) -> int:
     """Fill a store with the envelopes of a table's cases; a store that was left unfinished is continued.
 
@@ -84,7 +87,9 @@ def compute(
     manoeuvre.bounds(ControlLimits(), alpha_deg, phi_deg)
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"{workers} workers were asked for; ask for 1 to {MOST_WORKERS}.")
-    options = {"alpha_deg": list(alpha_deg), "phi_deg": list(phi_deg)}
+    options: dict[str, Any] = {"alpha_deg": list(alpha_deg), "phi_deg": list(phi_deg)}
+    if tolerances:
+        options["tolerances"] = asdict(tolerances)
     with writer_lock(path):
         store = CaseStore(path, table, options, chunk, replace)
         chunks = store.unfinished()

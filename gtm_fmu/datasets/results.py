@@ -1,7 +1,7 @@
 """Results of a data set: what is kept of each case's envelope, as columns."""
 
 from collections.abc import Collection, Mapping, Sequence
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 
@@ -9,7 +9,9 @@ from gtm_fmu.aircraft.inputs import EVERYWHERE, Column, failure, has_throttles_a
 from gtm_fmu.aircraft.ranges import ALPHA_DEG, PHI_DEG, Range
 from gtm_fmu.airframe.names import TRIM_UNKNOWNS, TWO_THROTTLE_UNKNOWNS
 from gtm_fmu.airframe.provenance import provenance
-from gtm_fmu.envelopes.envelope import Envelope, envelope
+from gtm_fmu.envelopes.envelope import Envelope, FlightCondition
+from gtm_fmu.envelopes.tolerances import Tolerances
+from gtm_fmu.envelopes.tolerant_envelope import tolerant_envelope_of
 from gtm_fmu.errors import InputError
 from gtm_fmu.trims.manoeuvre import Trim
 
@@ -42,7 +44,11 @@ def trim_columns(inputs: Collection[str]) -> tuple[Column, ...]:
     return TRIM + THROTTLES if has_throttles_apart(inputs) else TRIM
 
 
-def schema(inputs: Collection[str] = EVERYWHERE) -> dict[str, tuple[np.dtype, dict]]:
+TOLERANT = tuple(f"{end}_{kind}" for kind in ("guaranteed", "possible") for end in ENDS)
+"""Kept too where tolerances are given: speeds in kn, NaN where there are none."""
+
+
+def schema(inputs: Collection[str] = EVERYWHERE, has_tolerances: bool = False) -> dict[str, tuple[np.dtype, dict]]:
     """Type and attributes (units, legend of the bits in the CF conventions' words) of every result, by name."""
     number, bits = np.dtype(float), np.dtype(np.uint32)
     legend = {"flag_masks": [1 << k for k in range(len(LIMITS))], "flag_meanings": " ".join(LIMITS)}
@@ -51,7 +57,7 @@ def schema(inputs: Collection[str] = EVERYWHERE) -> dict[str, tuple[np.dtype, di
     for end in ENDS:
         columns |= {at(column.name, end): (number, {"units": column.units}) for column in trim_columns(inputs)}
         columns[at("limits", end)] = bits, legend
-    return columns
+    return columns | (dict.fromkeys(TOLERANT, (number, {"units": SPEEDS[0].units})) if has_tolerances else {})
 
 
 def evaluate(
@@ -60,6 +66,7 @@ def evaluate(
     phi_deg: Range = PHI_DEG,
     inputs: Sequence[str] = EVERYWHERE,
     asked_by: Mapping[str, str] | None = None,
+    tolerances: Mapping[str, float] | None = None,
 ) -> dict[str, np.ndarray]:
     """Envelopes of cases (n, inputs) as the columns of `schema` (n each).
 
@@ -77,14 +84,20 @@ def evaluate(
             f"A worker has gtm-fmu {provenance()['gtm_fmu_version']} or aerodynamic data that differ from those of "
             f"{asked_by['gtm_fmu_version']} here; install the same on every worker."
         )
-    columns = {name: np.zeros(len(cases), dtype) for name, (dtype, _) in schema(inputs).items()}
+    described = schema(inputs, tolerances is not None)
+    columns = {name: np.zeros(len(cases), dtype) for name, (dtype, _) in described.items()}
     for name, column in columns.items():
         if column.dtype == float:
             columns[name][:] = np.nan
     for k, case in enumerate(cases.tolist()):
         value = dict(zip(inputs, case, strict=True))
-        found = envelope(value["altitude"], value["gamma"], failure(value), alpha_deg, phi_deg)
-        _keep(columns, k, found, trim_columns(inputs))
+        condition = FlightCondition(value["altitude"], value["gamma"], failure(value), alpha_deg, phi_deg)
+        _keep(columns, k, condition.envelope(), trim_columns(inputs))
+        if tolerances is not None:
+            tolerant = tolerant_envelope_of(condition, Tolerances(**tolerances))
+            kinds = (tolerant.speeds_kt(kind) or (np.nan, np.nan) for kind in ("guaranteed", "possible"))
+            for name, speed in zip(TOLERANT, chain.from_iterable(kinds), strict=True):
+                columns[name][k] = speed
     return columns
 
 

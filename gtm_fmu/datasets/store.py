@@ -134,7 +134,7 @@ class CaseStore:
         self.path, self.table = path, table
         columns = table.columns
         self._schema = {column.name: attributes(column) for column in columns}
-        self._schema |= results.schema(tuple(self._schema))
+        self._schema |= results.schema(tuple(self._schema), "tolerances" in options)
         self._schema |= {CHECKSUM: (np.dtype(np.uint64), {}), FINISHED: (np.dtype(bool), {})}
         self._chunk = chunk or table.block(chunk_size(len(table)))
         self._identity = identity(table, options) | {"chunk": self._chunk}

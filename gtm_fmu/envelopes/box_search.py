@@ -6,6 +6,7 @@ solutions there tell what they are.
 
 import math
 from collections.abc import Collection, Mapping
+from itertools import chain, combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from gtm_fmu.core import solver
 from gtm_fmu.core.slopes import tolerance_slopes
 from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT, FlightCondition
 from gtm_fmu.envelopes.gust_ends import end_in_gust
-from gtm_fmu.envelopes.tolerances import NOMINAL, Place, Tolerances
+from gtm_fmu.envelopes.tolerances import CG_AXES, NOMINAL, Place, Tolerances
 from gtm_fmu.units import KT_PER_FT_S, RAD_PER_DEG
 
 _SAME_KT = 1e-4
@@ -117,14 +118,16 @@ class EndSearch:
         return here
 
     def _next_neighbour(self, here: Solved) -> Place | None:
-        """A corner not known yet that differs in one number, one that counts; slopes see no jump on the way to it."""
-        moves = np.abs(_slopes(here.condition, here.y, V, self.sign)).max(axis=1) * self.tolerances.sizes * KT_PER_FT_S
-        for k in self.tolerances.axes:
-            for to in (-1.0, 1.0):
-                place = _moved(here.place, {k: to})
-                if place not in self.known and not moves[k] < _NOTHING_KT:
-                    return place
-        return None
+        """A corner not known yet that differs in one number that counts, or in two of the centre of gravity.
+
+        Slopes see no jump on the way to it, and none of what two offsets do together.
+        """
+        slopes = np.abs(_slopes(here.condition, here.y, V, self.sign)).max(axis=1) * KT_PER_FT_S
+        counting = [k for k in self.tolerances.axes if not slopes[k] * self.tolerances.sizes[k] < _NOTHING_KT]
+        singles = ({k: to} for k in counting for to in (-1.0, 1.0))
+        pairs = ({k: -here.place[k] for k in pair} for pair in combinations(set(counting) & set(CG_AXES), 2))
+        places = (_moved(here.place, moved) for moved in chain(singles, pairs))
+        return next((place for place in places if place not in self.known), None)
 
     def _place_with_envelope(self) -> Place | None:
         """The nominal place or, where that has no envelope, the corner to which the least throttle falls, if that has.

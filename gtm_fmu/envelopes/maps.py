@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise, product
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from gtm_fmu.core import solver
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.envelopes.family import EnvelopeFamily, envelope_family
 from gtm_fmu.envelopes.feasibility import OPTIMUM_PCT, has_envelope
+from gtm_fmu.envelopes.tolerances import Tolerances
+from gtm_fmu.envelopes.tolerant_envelope import tolerant_envelope_of
 from gtm_fmu.errors import InputError
 from gtm_fmu.progress import Advance
 
@@ -25,6 +27,9 @@ GAMMAS_DEG = tuple(np.arange(-5.0, 5.5, 1.0).tolist())
 ALTITUDES_FT = tuple(np.arange(0.0, 36001.0, 3000.0).tolist())
 JAM_STEP = 2.0
 THREADS = 2  # the solver runs outside the interpreter's lock
+
+Kind = Literal["guaranteed", "possible"]
+"""Which envelopes a survey with tolerances is of."""
 
 Given = TypeVar("Given")
 Found = TypeVar("Found")
@@ -48,10 +53,17 @@ class LimitSurface:
     control: Column
     limits: np.ndarray
     v_max_kt: np.ndarray
+    tolerances: Tolerances | None = None
+    kind: Kind | None = None
 
 
 def limit_surface(
-    condition: FlightCondition, control: str = "rudder", step: float = 1.0, advance: Advance | None = None
+    condition: FlightCondition,
+    control: str = "rudder",
+    step: float = 1.0,
+    advance: Advance | None = None,
+    tolerances: Tolerances | None = None,
+    kind: Kind = "guaranteed",
 ) -> LimitSurface:
     """V_max over the limits of a control in steps of deg or % (paper Fig. 33).
 
@@ -64,7 +76,11 @@ def limit_surface(
     ranges = [*((at, at) for at in limits), *pairwise(limits)]
 
     def highest(allowed: tuple[float, float]) -> float:
-        v_max = condition.changed(failure=condition.failure.with_limits(column.label, allowed)).envelope().v_max_kt
+        limited = condition.changed(failure=condition.failure.with_limits(column.label, allowed))
+        if tolerances:
+            speeds = tolerant_envelope_of(limited, tolerances).speeds_kt(kind)
+            return np.nan if speeds is None else speeds[1]
+        v_max = limited.envelope().v_max_kt
         return np.nan if v_max is None else v_max
 
     found = np.array(_each(highest, ranges, advance))
@@ -72,7 +88,7 @@ def limit_surface(
     surface = np.full((len(limits), len(limits)), np.nan)
     for k in range(len(limits)):
         surface[k, k:] = np.fmax.accumulate(np.fmax(jams[k:], np.append(np.nan, between[k:-1])))
-    return LimitSurface(condition, column, np.array(limits), surface)
+    return LimitSurface(condition, column, np.array(limits), surface, *_kept(tolerances, kind))
 
 
 @dataclass(frozen=True)
@@ -85,6 +101,8 @@ class FeasibilityMap:
     gammas_deg: Sequence[float]
     jams: Sequence[float]
     feasible: np.ndarray
+    tolerances: Tolerances | None = None
+    kind: Kind | None = None
 
     def largest(self, sign: int) -> np.ndarray:
         """Largest jam (altitudes, gammas) to one side, 1 or -1, that leaves an envelope; NaN if none does."""
@@ -100,6 +118,8 @@ def feasibility_map(
     altitudes_ft: Sequence[float] | None = None,
     gammas_deg: Sequence[float] | None = None,
     advance: Advance | None = None,
+    tolerances: Tolerances | None = None,
+    kind: Kind = "guaranteed",
 ) -> FeasibilityMap:
     """Where an envelope exists: t_min, the least throttle that trims with every other limit kept, decides.
 
@@ -114,14 +134,20 @@ def feasibility_map(
 
     def exists(condition: FlightCondition) -> list[bool]:
         jammed = [failure.with_limits(column.label, (at, at)) for at in jams]
-        return [_is_feasible(condition.changed(failure=what)) for what in jammed]
+        return [_is_feasible(condition.changed(failure=what), tolerances, kind) for what in jammed]
 
     rows = _each(exists, conditions, advance)
     shape = len(altitudes), len(gammas), len(jams)
-    return FeasibilityMap(failure, column, altitudes, gammas, jams, np.reshape(rows, shape))
+    return FeasibilityMap(failure, column, altitudes, gammas, jams, np.reshape(rows, shape), *_kept(tolerances, kind))
 
 
-def _is_feasible(condition: FlightCondition) -> bool:
+def _kept(tolerances: Tolerances | None, kind: Kind) -> tuple[Tolerances | None, Kind | None]:
+    return (tolerances, kind) if tolerances else (None, None)
+
+
+def _is_feasible(condition: FlightCondition, tolerances: Tolerances | None, kind: Kind) -> bool:
+    if tolerances:
+        return tolerant_envelope_of(condition, tolerances).speeds_kt(kind) is not None
     if condition.failure.airframe.throttles == solver.TWO_THROTTLES:  # which have no least one
         return condition.envelope().feasible
     t_min = condition.least_throttle()

@@ -32,6 +32,8 @@ ALLOWED: dict[str, Range] = {
 
 Place = tuple[float, ...]
 NOMINAL: Place = (0.0,) * len(TOLERANCES)
+CG_AXES = (1, 2, 3)
+"""Of a place: where the numbers of the centre of gravity are."""
 
 
 @dataclass(frozen=True)

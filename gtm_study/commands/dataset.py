@@ -17,7 +17,17 @@ from gtm_fmu.datasets import paper
 from gtm_fmu.datasets.axes import Axis, check_count, choices, failure_levels, levels, limit_levels, limits_span, span
 from gtm_fmu.datasets.cases import CaseTable, Sampling
 from gtm_fmu.errors import InputError
-from gtm_study.commands.options import DAMAGE_CASES, ENGINES, SETTINGS, Option, Pair, pair, takes
+from gtm_study.commands.options import (
+    DAMAGE_CASES,
+    ENGINES,
+    SETTINGS,
+    TOLERANCES,
+    Option,
+    Pair,
+    given_tolerances,
+    pair,
+    takes,
+)
 
 RANGES: dict[str, Pair] = {"altitude": paper.ALTITUDE_FT, "gamma": paper.GAMMA_DEG}
 """Where nothing else is given: the paper's ranges."""
@@ -77,7 +87,7 @@ class _Input(NamedTuple):
         return cls(given[label], given.get(f"held_{label}"), given[f"{name}_levels"])
 
 
-@takes(_options())
+@takes(_options() | TOLERANCES)
 def dataset(
     store: Annotated[Path, typer.Argument(help="Folder of the zarr store; an unfinished one is continued.")],
     presets: Annotated[Literal["paper"] | None, typer.Option(help="The paper's lattice of 1232 cases.")] = None,
@@ -97,6 +107,7 @@ def dataset(
 
     Flight conditions and failures of any kind vary. The store is read with xarray. The same command continues a run
     that was stopped, and ends with the same values. A lattice takes every pair of a control's levels in order.
+    With tolerances every case has its guaranteed and its possible V_min and V_max too: 20 to 100 times the work.
     """
     from gtm_fmu.datasets.distribution import compute
     from gtm_fmu.datasets.export import check_export
@@ -108,6 +119,8 @@ def dataset(
     from gtm_study.progress import stages
 
     chosen = (sampling, cases, seed, jam_share)
+    tolerances = given_tolerances(given)
+    given = {name: value for name, value in given.items() if name not in TOLERANCES}
     if presets is None:
         table = _table(given, *chosen)
     elif any(option not in (None, []) for option in (*chosen, *given.values())):
@@ -118,7 +131,16 @@ def dataset(
         check_export(export, store)
     started = time.monotonic()
     with stages(Console(stderr=True)) as stage, stage(f"Envelopes of {len(table)} cases") as advance:
-        computed = compute(store, table, alpha_deg, phi_deg, workers=workers, scheduler=scheduler, progress=advance)
+        computed = compute(
+            store,
+            table,
+            alpha_deg,
+            phi_deg,
+            workers=workers,
+            scheduler=scheduler,
+            progress=advance,
+            tolerances=tolerances,
+        )
     values: dict[str, Any] = {"store": str(store), "cases": len(table), "computed": computed}
     values["seconds"] = time.monotonic() - started
     values["feasible"] = sum(int(part.feasible.sum()) for part in slices(store, ["feasible"]))

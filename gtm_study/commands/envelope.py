@@ -40,9 +40,7 @@ def envelope(
 
     limits, tolerances = given_failure(given), given_tolerances(given)
     if tolerances and plot and not over:
-        raise InputError(
-            "With tolerances --plot draws speeds along an axis; give --over too, or leave one out."
-        )
+        raise InputError("With tolerances --plot draws speeds along an axis; give --over too, or leave one out.")
     if over:
         from gtm_study.commands.family import check_over, show_family
 

@@ -10,6 +10,7 @@ from gtm_study import style
 from gtm_study.figures import captions
 from gtm_study.figures.captions import Label
 from gtm_study.figures.pages import page
+from gtm_study.figures.tolerances import told
 
 _JAMS = style.VERMILION
 _SIDES = ((-1, "to negative positions"), (1, "to positive positions"))
@@ -126,12 +127,19 @@ def _surface_title(surface: LimitSurface) -> str:
     condition = surface.condition
     failed = captions.failure(condition.failure, surface.control)
     at = captions.condition(condition.altitude_ft, condition.gamma_deg)
-    return f"highest speed that limits of the {surface.control.name} leave; {_beside(failed)}{at}"
+    limits = f"limits of the {surface.control.name} leave"
+    return f"{surface.kind or ''} highest speed that {limits}; {_beside(failed)}{at}{_within(surface)}".strip()
 
 
 def _map_title(found: FeasibilityMap) -> str:
     failed = captions.failure(found.failure, found.control)
-    return f"where a jam of the {found.control.name} leaves an envelope; {_beside(failed)}".rstrip(", ;")
+    jam = f"where a jam of the {found.control.name} leaves a"
+    envelope = f"{jam} {found.kind} envelope" if found.kind else f"{jam}n envelope"
+    return f"{envelope}; {_beside(failed)}".rstrip(", ;") + _within(found)
+
+
+def _within(found: LimitSurface | FeasibilityMap) -> str:
+    return f", {told(found.tolerances)}" if found.tolerances else ""
 
 
 def _beside(failed: str) -> str:

@@ -73,12 +73,13 @@ def _title(family: TolerantFamily) -> str:
     failed = captions.failure(first.failure, family.axis if is_jammed else None)
     parts = [f"{family.axis.name.replace('_', ' ')} jammed"] if is_jammed else []
     parts += [failed] if not (is_jammed and failed == captions.NO_FAILURE) else []
-    return f"{', '.join(parts)}; {captions.condition(**held)}, {_told(family.tolerances)}"
+    return f"{', '.join(parts)}; {captions.condition(**held)}, {told(family.tolerances)}"
 
 
-def _told(tolerances: Tolerances) -> str:
+def told(tolerances: Tolerances) -> str:
+    """Tolerances in a title."""
     parts = [f"gust {tolerances.gust_kt:g} kn"] if tolerances.gust_kt else []
-    for name, part in (("mass", "mass"), ("cg", "centre of gravity, of the chord"), ("aero", "coefficients")):
+    for name, part, of in (("mass", "mass", ""), ("cg", "cg", " of the chord"), ("aero", "coefficients", "")):
         if value := getattr(tolerances, f"{name}_tolerance"):
-            parts.append(f"{part} \N{PLUS-MINUS SIGN}{100 * value:g} %")
+            parts.append(f"{part} \N{PLUS-MINUS SIGN}{100 * value:g} %{of}")
     return ", ".join(parts)
