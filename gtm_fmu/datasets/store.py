@@ -32,6 +32,8 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.files import real_path
 
 FINISHED, CHECKSUM = "finished", "checksum"
+TOLERANCES = "tolerances"
+"""The option with which a store holds guaranteed and possible speeds too."""
 METADATA, LOCK, NEW = "zarr.json", ".gtm-fmu.lock", ".gtm-fmu.new"
 _MAKE_ROOM = "finished chunks are kept: make room and give the same command again"
 SMALLEST_CHUNK, LARGEST_CHUNK = 64, 1024
@@ -134,7 +136,7 @@ class CaseStore:
         self.path, self.table = path, table
         columns = table.columns
         self._schema = {column.name: attributes(column) for column in columns}
-        self._schema |= results.schema(tuple(self._schema), "tolerances" in options)
+        self._schema |= results.schema(tuple(self._schema), TOLERANCES in options)
         self._schema |= {CHECKSUM: (np.dtype(np.uint64), {}), FINISHED: (np.dtype(bool), {})}
         self._chunk = chunk or table.block(chunk_size(len(table)))
         self._identity = identity(table, options) | {"chunk": self._chunk}
@@ -310,7 +312,7 @@ def _open_all(path: str | Path) -> xr.Dataset:
             warnings.filterwarnings("ignore", message=rf"Object at {LOCK}")  # it is being written
             data = xr.open_zarr(path, consolidated=False, chunks=None, decode_coords=False)
         inputs = data.attrs.pop("coordinates").split()
-        return data[[*inputs, *results.schema(inputs), CHECKSUM, FINISHED]].set_coords(inputs)
+        return data[[*inputs, *results.schema(inputs, TOLERANCES in data.attrs), CHECKSUM, FINISHED]].set_coords(inputs)
     except Exception as error:
         raise _unreadable(Path(path), error) from None
 
