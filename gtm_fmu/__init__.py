@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from gtm_fmu.envelopes.sections import Section, climb_interval, speed_interval, turn_rate_interval
     from gtm_fmu.envelopes.slopes import EnvelopeSlopes, envelope_slopes
     from gtm_fmu.envelopes.thrust_map import ThrustMap
+    from gtm_fmu.envelopes.tolerances import Tolerances
+    from gtm_fmu.envelopes.tolerant_envelope import TolerantEnvelope, tolerant_envelope
+    from gtm_fmu.envelopes.tolerant_manoeuvres import TolerantManoeuvres, tolerant_manoeuvres
     from gtm_fmu.envelopes.trim_map import TrimMap
     from gtm_fmu.errors import InputError
     from gtm_fmu.trims.equilibrium import Equilibrium, equilibrium
@@ -52,6 +55,9 @@ __all__ = [
     "Sampling",
     "Section",
     "ThrustMap",
+    "Tolerances",
+    "TolerantEnvelope",
+    "TolerantManoeuvres",
     "Trim",
     "TrimMap",
     "__version__",
@@ -69,6 +75,8 @@ __all__ = [
     "remedies",
     "span",
     "speed_interval",
+    "tolerant_envelope",
+    "tolerant_manoeuvres",
     "trim",
     "turn_rate_interval",
 ]
@@ -91,6 +99,9 @@ _NAMES = {
     "trims.manoeuvre": ("Trim",),
     "trims.steady": ("trim",),
     "envelopes.thrust_map": ("ThrustMap",),
+    "envelopes.tolerances": ("Tolerances",),
+    "envelopes.tolerant_envelope": ("TolerantEnvelope", "tolerant_envelope"),
+    "envelopes.tolerant_manoeuvres": ("TolerantManoeuvres", "tolerant_manoeuvres"),
     "envelopes.trim_map": ("TrimMap",),
     "trims.fmu_trimmer": ("FmuTrimmer",),
 }

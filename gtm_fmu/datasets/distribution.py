@@ -74,6 +74,7 @@ def compute(
         workers: processes on this machine; default one a core.
         scheduler: address of a `dask.distributed` scheduler whose workers are used instead; they need this package.
         progress: called with the number of solved cases and of all that were missing.
+        tolerances: of the aircraft, and the gust: guaranteed and possible speeds are kept too.
         replace: begin anew where a store of another version or with other options is, instead of refusing it.
 
     Returns:

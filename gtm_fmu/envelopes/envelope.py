@@ -197,7 +197,7 @@ class FlightCondition:
         return inside
 
     def end(self, sign: float) -> solver.Extreme:
-        """The slowest manoeuvre (``sign`` 1) or the fastest (-1) under these limits, or what exceeds them least."""
+        """The manoeuvre of V_min (``sign`` 1) or V_max (-1), or the one least beyond the limits; core units."""
         return self._extreme(self.limits.rudder_deg, (V, sign))
 
     def least_throttle_end(self) -> solver.Extreme:

@@ -89,7 +89,7 @@ class Tolerances:
         yield from product(*((-1.0, 1.0) if size else (0.0,) for size in self.sizes))
 
     def moved(self, failure: Failure, place: Sequence[float]) -> Failure:
-        """The failure with the aircraft at a place of the box."""
+        """The ``failure`` with the aircraft at a ``place`` of the box, -1 to 1 of its `sizes` (1, ft)."""
         if not any(place):
             return failure
         mass, x, y, z, *factors = (self.sizes * place).tolist()
@@ -103,24 +103,24 @@ class Tolerances:
         return replace(failure, configuration=configuration)
 
     def told(self, place: Sequence[float]) -> dict[str, float]:
-        """A place by the names of what has a tolerance: mass 1, cg in ft, coefficients 1, from their nominal values."""
+        """A ``place`` by name, from the nominal values: mass and coefficients as fractions, cg in ft."""
         values = zip(TOLERANCES, (self.sizes * place).tolist(), self.sizes.tolist(), strict=True)
         return {f"{name}_ft" if name.startswith("cg") else name: value for name, value, size in values if size}
 
     # Gusts: the vertical one changes alpha by atan(w / V).
 
     def gust_alpha_deg(self, tas_kt: float) -> float:
-        """Change of alpha in deg by the gust across the wings at an airspeed."""
+        """Change of alpha in deg by the gust across the wings at an airspeed ``tas_kt``."""
         return math.atan2(self.gust_kt, tas_kt) * DEG_PER_RAD
 
     def alpha_kept(self, alpha_deg: Range, tas_kt: float) -> Range | None:
-        """Bounds of alpha in deg that the gust leaves a steady manoeuvre at an airspeed; None where it leaves none."""
+        """What the gust leaves of the bounds ``alpha_deg`` for a steady manoeuvre at ``tas_kt``; None for nothing."""
         margin = self.gust_alpha_deg(tas_kt)
         low, high = alpha_deg[0] + margin, alpha_deg[1] - margin
         return (low, high) if low <= high else None
 
     def gust_load_factor(self, trim: Trim) -> float:
-        """Change of the load factor in g by the gust across the wings, by the slope of the lift at a trim.
+        """Change of the load factor in g by the gust across the wings, by the slope of the lift at a ``trim``.
 
         About rho V w S CL_alpha / 2 W.
         """

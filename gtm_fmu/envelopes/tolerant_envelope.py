@@ -68,7 +68,7 @@ class TolerantEnvelope:
     possible: Ends | None
 
     def speeds_kt(self, kind: str) -> Range | None:
-        """V_min and V_max in kn, ``guaranteed``, ``nominal`` or ``possible``; None where there are none."""
+        """V_min and V_max in kn of a ``kind``, guaranteed, nominal or possible; None where there are none."""
         if kind == "nominal":
             low, high = self.nominal.v_min_kt, self.nominal.v_max_kt
             return None if low is None or high is None else (low, high)
@@ -101,6 +101,12 @@ def tolerant_envelope(
     phi_deg: Range = PHI_DEG,
 ) -> TolerantEnvelope:
     """Exact envelope of a flight condition, with the guaranteed and the possible one.
+
+    Args:
+        altitude_ft, gamma_deg: flight condition in ft and deg.
+        limits: of the controls, or a failure; default the undamaged aircraft.
+        tolerances: of the aircraft, and the gust; default none.
+        alpha_deg, phi_deg: bounds of angle of attack and bank in deg.
 
     Raises:
         InputError: altitude, flight path or bounds outside what is allowed.

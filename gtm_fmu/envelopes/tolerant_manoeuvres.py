@@ -54,7 +54,7 @@ class TolerantManoeuvres:
     least: Manoeuvres
 
     def to_dict(self, k: int) -> dict[str, Any]:
-        """The answer about manoeuvre ``k``, ready for JSON."""
+        """The answer about manoeuvre ``k``, ready for JSON; margins in deg, % and N."""
         is_sure, unfit = bool(self.guaranteed[k]), self.unfit[k]
         margins = {name: list(margin) for name, margin in self.least.margins(k).items()} if is_sure else None
         return {
@@ -68,7 +68,12 @@ class TolerantManoeuvres:
 
 
 def tolerant_manoeuvres(found: Manoeuvres, tolerances: Tolerances) -> TolerantManoeuvres:
-    """Whether manoeuvres that were answered for the nominal aircraft are guaranteed, and whether they are possible."""
+    """Whether manoeuvres are guaranteed, and whether they are possible.
+
+    Args:
+        found: the n manoeuvres with the answers about the nominal aircraft.
+        tolerances: of the aircraft, and the gust.
+    """
     guaranteed, possible = np.ones(len(found), dtype=bool), found.feasible.copy()
     least = found.answers.copy()
     for name in _SUMMED:

@@ -1,20 +1,15 @@
 """Asking the command line: in this process, or as a user does."""
 
-import ctypes
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from fmu_src.fmus import build_fmu
-from gtm_fmu.core import configuration as core
 from gtm_fmu.core.configuration import Configuration
-from gtm_fmu.core.library import library
 from gtm_study.commands import cli
 
 ENTRY_POINT = Path(sys.executable).with_name("gtm-fmu")
@@ -70,15 +65,6 @@ def ask_installed(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def centred() -> Iterator[Configuration]:
-    """The study's airframe with its centre of gravity on the plane of symmetry, which no setting of ours moves."""
-    moved = Configuration(runway_altitude_ft=0.0)  # of no account without wind; the core's struct is its own
-    struct = core._struct(moved)
-    doubles = library().gtm_configuration_size() // ctypes.sizeof(ctypes.c_double)
-    numbers = np.ctypeslib.as_array((ctypes.c_double * doubles).from_address(ctypes.addressof(struct)))
-    to_the_left = -0.1416 / 12  # ft (SPEC 3)
-    places = numbers == to_the_left
-    assert struct.cg[1] == to_the_left
-    numbers[places] = 0.0
-    yield moved
-    numbers[places] = to_the_left
+def centred() -> Configuration:
+    """The study's airframe with its centre of gravity on the plane of symmetry, 0.1416 in from where it is (SPEC 3)."""
+    return Configuration(cg_offset_ft=(0.0, 0.1416 / 12, 0.0))
