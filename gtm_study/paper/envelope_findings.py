@@ -131,11 +131,20 @@ def properties(results: Results) -> Finding:
     """Table 2: the airframe."""
     rows = results["trims"]["properties"]["rows"]
     told = ", ".join(f"{name} {value}" for name, value in rows[:4])
+    beside = ""
+    if "nasa" in results:
+        off = results["nasa"]["largest_difference"]
+        beside = (
+            f" Level trims and modes are those of NASA's plots within {off['elevator_deg']:.2f} deg of elevator, "
+            f"{off['throttle_pct']:.2f} % of throttle, {off['eas_kt']:.2f} kn and {off['sp_hz']:.3f} Hz, which is "
+            "how well "
+            "the plots can be read."
+        )
     return Finding(
         f"{told[0].upper()}{told[1:]}.",
         "same",
         "The airframe is NASA's GTM_DesignSim, which the paper uses. Its centre of gravity lies to the left of the "
-        "plane of symmetry; the paper calls the aircraft symmetric.",
+        "plane of symmetry; the paper calls the aircraft symmetric." + beside,
     )
 
 

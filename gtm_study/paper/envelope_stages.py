@@ -18,7 +18,7 @@ from gtm_study.explorer.page import explorer_page
 from gtm_study.figures import maps as map_figures
 from gtm_study.figures.families import family_page, plot_family
 from gtm_study.files import write_text
-from gtm_study.paper import asymmetry, certainty, comparisons, lattice, paths
+from gtm_study.paper import asymmetry, certainty, comparisons, lattice, nasa_comparison, paths
 from gtm_study.paper.counterpart import table
 from gtm_study.paper.stage import Run, Written, build, draw
 
@@ -195,6 +195,12 @@ def asymmetry_stage(run: Run, advance: Advance, written: Written) -> dict[str, A
             for name, column in zip(("v_min_kt", "v_max_kt"), apart.T, strict=True)
         },
     }
+
+
+def nasa(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
+    """Level trims and modes beside those that NASA published with the model."""
+    draw(run, written, nasa_trims_modes=nasa_comparison.plot_comparison())
+    return nasa_comparison.differences()
 
 
 def certainty_stage(run: Run, advance: Advance, written: Written) -> dict[str, Any]:

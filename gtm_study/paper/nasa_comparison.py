@@ -1,11 +1,13 @@
 """Level trims and longitudinal modes beside the plots that NASA publishes with GTM_DesignSim.
 
-python -m gtm_study.paper.nasa_comparison tests/reference/nasa_plots docs/images/nasa_trims_modes.png
+python -m gtm_study.paper.nasa_comparison docs/images/nasa_trims_modes.png
 """
 
 import argparse
 import sys
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,6 +19,8 @@ from gtm_fmu.trims.manoeuvre import Trim
 from gtm_study.files import save_figure
 from gtm_study.style import figure_style
 
+READINGS = Path(str(files("gtm_study.paper") / "data" / "nasa_plots"))
+"""Folder of the values read off NASA's plots, and how well they are read."""
 ALTITUDE_FT = 800.0
 ALPHA_DEG = (-5.0, 30.0)
 """Wider than the study's bounds: NASA's trims go into the stall, up to 28 deg."""
@@ -39,12 +43,32 @@ def modes(alpha_deg: float) -> list[list[linearization.Mode]]:
     return [linearization.linearize(trim_at_alpha(side)).longitudinal_modes() for side in sides]
 
 
-def plot_comparison(readings: Path) -> Figure:
+def readings(name: str) -> np.ndarray:
+    """A table of `READINGS`."""
+    return np.asarray(np.genfromtxt(READINGS / f"{name}.csv", delimiter=",", names=True))
+
+
+def differences() -> dict[str, Any]:
+    """Largest differences of this model's level trims and modes from NASA's readings, ready for JSON."""
+    off: dict[str, list[float]] = {"elevator_deg": [], "throttle_pct": [], "eas_kt": []}
+    trims, modal = readings("level_trim_vs_alpha"), readings("longitudinal_modes_vs_alpha")
+    for row in trims:
+        found = trim_at_alpha(float(row["alpha_deg"]))
+        for name, values in off.items():
+            values.append(abs(getattr(found, name) - float(row[name])))
+    columns = {"phugoid_hz": 0, "sp_hz": 1}
+    for row in modal:
+        sides = modes(float(row["alpha_deg"]))
+        for name, k in columns.items():
+            nearest = min(abs(side[k].frequency_hz - float(row[name])) for side in sides)
+            off.setdefault(name, []).append(nearest)
+    largest = {name: float(np.nanmax(values)) for name, values in off.items()}
+    return {"trims": len(trims), "modes": len(modal), "largest_difference": largest}
+
+
+def plot_comparison() -> Figure:
     """NASA's readings (markers) on this model's curves."""
-    by_alpha, by_mode = (
-        np.genfromtxt(readings / f"{name}.csv", delimiter=",", names=True)
-        for name in ("level_trim_vs_alpha", "longitudinal_modes_vs_alpha")
-    )
+    by_alpha, by_mode = readings("level_trim_vs_alpha"), readings("longitudinal_modes_vs_alpha")
     figure = Figure(figsize=(10, 7), layout="constrained")
     panels = figure.subplots(2, 2)
     speeds = np.linspace(45.0, 135.0, 160)
@@ -77,9 +101,8 @@ def plot_comparison(readings: Path) -> Figure:
 
 
 def main() -> int:
-    """Draw the figure; 2 where the readings are not there, or the picture cannot be written."""
+    """Draw the figure; 2 where the picture cannot be written."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("readings", type=Path, help="folder of the values read off NASA's plots, as .csv")
     parser.add_argument("picture", type=Path, help="the .png to write")
     arguments = parser.parse_args()
     try:
@@ -87,8 +110,8 @@ def main() -> int:
             raise InputError(f"{arguments.picture} does not end in .png; name the picture so.")
         check_writable(arguments.picture)
         with figure_style():
-            save_figure(plot_comparison(arguments.readings), arguments.picture)
-    except (FileNotFoundError, InputError) as error:
+            save_figure(plot_comparison(), arguments.picture)
+    except InputError as error:
         print(error, file=sys.stderr)
         return 2
     return 0

@@ -11,10 +11,12 @@ from rich.console import Console
 from gtm_fmu.errors import InputError
 from gtm_study.files import write_text
 from gtm_study.kept import Kept, Part, run_folder
+from gtm_study.paper.registry import comparison
 from gtm_study.paper.report import study_report
 from gtm_study.paper.stages import LEVELS, STAGES, USUAL_LEVEL, Run, Sizes, Stage
 from gtm_study.progress import stages
 from gtm_study.style import figure_style
+from gtm_study.tables import markdown
 
 Finished = dict[str, Part]
 """The stages that are finished by name, in the order of `STAGES`: their values, files and seconds."""
@@ -97,4 +99,4 @@ def chosen(level: str, only: Sequence[str]) -> list[Stage]:
 
 def _write(values: dict[str, Any], output: Path) -> None:
     write_text(json.dumps(values, indent=1, allow_nan=False), output / "results.json")
-    write_text(study_report(values), output / "results.md")
+    write_text(f"{study_report(values)}\n{markdown([comparison(values)])}", output / "results.md")

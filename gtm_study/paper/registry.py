@@ -2,6 +2,7 @@
 
 from gtm_study.paper import envelope_findings, network_findings, published, sensitivity_findings
 from gtm_study.paper.counterpart import Counterpart, Finding, Results, Verdict
+from gtm_study.tables import Section, Table
 
 SCHEMATIC = "A drawing of a method; the method itself is implemented and documented."
 C = Counterpart
@@ -377,4 +378,16 @@ def why(counterpart: Counterpart, results: Results) -> str:
     return counterpart.finding(results).why
 
 
-__all__ = ["COUNTERPARTS", "Counterpart", "Finding", "Results", "Verdict", "ours", "verdict", "why"]
+def comparison(results: Results) -> Section:
+    """All that have a counterpart, by the stages that are finished."""
+    rows = [
+        (each.number, each.shows, each.published, found.ours or "-", found.verdict, found.why)
+        for each in COUNTERPARTS
+        if each.stage
+        for found in [each.finding(results)]
+    ]
+    heads = ("paper", "shows", "the paper says", "here", "verdict", "why")
+    return Section("The paper, figure by figure", 2, (Table(heads, rows),))
+
+
+__all__ = ["COUNTERPARTS", "Counterpart", "Finding", "Results", "Verdict", "comparison", "ours", "verdict", "why"]

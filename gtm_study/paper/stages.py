@@ -22,6 +22,7 @@ STAGES = (
     Stage("convergence", "Convergence of the indices", sensitivities.convergence_stage, 5, ("networks",)),
     Stage("levenberg-marquardt", "Networks without regularisation", networks.levenberg_marquardt, 4, ("networks",)),
     Stage("advice", "Advice", sensitivities.advice_stage, 1),
+    Stage("nasa", "Level trims and modes beside NASA's", envelopes.nasa, 2, level=PAPER),
     Stage("feasibility", "Where an envelope exists", envelopes.feasibility, 3, level=PAPER),
     Stage("asymmetry", "Mirrored failures", envelopes.asymmetry_stage, 6, level=PAPER),
     Stage("local-models", "Local model networks", networks.local_models, 80, ("networks",), PAPER),

@@ -1,16 +1,15 @@
 """The plain model against what is printed in SPEC 13 and 3, and against NASA's published level trims."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import root
 
 from gtm_fmu.airframe.names import OUTPUTS
+from gtm_study.paper import nasa_comparison
 from tests.reference import plain_model, spec_values
 from tests.reference.spec_values import TRIMS, Trim, assert_as_printed, half_unit, numbers
 
-NASA_PLOTS = Path(__file__).parent / "nasa_plots"
+NASA_PLOTS = nasa_comparison.READINGS
 POINTS = {"A": spec_values.POINT_A, "B": spec_values.POINT_B}
 
 

@@ -144,7 +144,7 @@ def test_a_load_factor_beyond_the_limits_has_no_trim():
 
 @pytest.mark.parametrize("alpha_deg", [14, 20, 28])
 def test_envelopes_go_into_the_stall(alpha_deg):
-    """Where NASA's level trims go (tests/reference/nasa_plots), up to 28 deg: V_min is just below such a trim."""
+    """Where NASA's level trims go (gtm_study/paper/data/nasa_plots), up to 28 deg: V_min is just below such a trim."""
     found = envelope(800, 0, ControlLimits(), alpha_deg=(-5, alpha_deg))
     level = steady.trim(800, angle_of_attack_deg=alpha_deg, alpha_deg=(-5, alpha_deg))
     assert found.at_v_min.alpha_deg == pytest.approx(alpha_deg, abs=1e-6)

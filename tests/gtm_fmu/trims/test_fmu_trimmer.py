@@ -1,7 +1,5 @@
 """Trims over FMU evaluations: SPEC 13, the compiled solver, the plain model, and what is refused."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,12 +13,13 @@ from gtm_fmu.errors import InputError
 from gtm_fmu.trims import manoeuvre, steady
 from gtm_fmu.trims.fmu_trimmer import FmuTrimmer
 from gtm_fmu.units import KT_PER_FT_S
+from gtm_study.paper import nasa_comparison
 from tests.reference import plain_model
 from tests.reference.spec_values import TRIMS, half_unit
 
 pytestmark = pytest.mark.slow
 
-NASA = Path(__file__).parents[2] / "reference" / "nasa_plots"
+NASA = nasa_comparison.READINGS
 EDGE = ("alpha_deg", "beta_deg", "phi_deg", "theta_deg", "elevator_deg", "aileron_deg", "rudder_deg", "throttle_pct")
 
 

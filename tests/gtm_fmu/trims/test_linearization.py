@@ -1,7 +1,5 @@
 """Linear models against differences, python-control, systems of known controllability and NASA's published modes."""
 
-from pathlib import Path
-
 import control
 import numpy as np
 import pytest
@@ -15,7 +13,7 @@ from gtm_fmu.core import motion
 from gtm_fmu.trims import linearization, steady
 from gtm_study.paper import nasa_comparison
 
-NASA = Path(__file__).parents[2] / "reference" / "nasa_plots"
+NASA = nasa_comparison.READINGS
 ROWS = [STATES.index(name) for name in LINEAR_STATES]
 JAM = ControlLimits(rudder_deg=(12.0, 12.0))
 
