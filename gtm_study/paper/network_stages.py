@@ -5,6 +5,7 @@ from dataclasses import replace
 from statistics import median
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from gtm_fmu.aircraft.limits import ControlLimits
@@ -15,6 +16,7 @@ from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.progress import Advance
 from gtm_study.paper import comparisons, figures, protocol_figures, published
 from gtm_study.paper.counterpart import table
+from gtm_study.paper.lattice import members
 from gtm_study.paper.protocol_figures import NAMES
 from gtm_study.paper.stage import Run, Written, draw
 from gtm_study.tables import short
@@ -190,6 +192,7 @@ def _of_data_sets(found: Mapping[int, list[Values]]) -> Values:
         for key in ("network", "local_models")
     }
     samples = {str(k): parts[0]["network"]["samples"] for k, parts in found.items()}
+    own = {str(k): _at_own_levels(k, parts[0]["network"]) for k, parts in found.items()}
     rows = [
         (
             str(k),
@@ -202,7 +205,13 @@ def _of_data_sets(found: Mapping[int, list[Values]]) -> Values:
         for k in found
     ]
     heads = ("data set", "samples", "networks", "local models", "paper: samples", "networks", "local models")
-    return {"samples": samples, "least": least, "data_sets": table(heads, rows)}
+    return {"samples": samples, "least": least, "at_own_levels": own, "data_sets": table(heads, rows)}
+
+
+def _at_own_levels(data_set: int, part: Mapping[str, Any]) -> float | None:
+    """Error of the selected network on the independent cases at the levels of its own data set; None without any."""
+    inside = members(data_set, *np.array(part["cases"]).T[1:])
+    return float(np.array(part["squared_errors"])[inside].mean()) if inside.any() else None
 
 
 def neurons(run: Run, advance: Advance, written: Written) -> Values:
