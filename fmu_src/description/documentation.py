@@ -1,6 +1,6 @@
 """The documentation folder of an FMU: a page with every variable, and the licences."""
 
-from importlib.metadata import distribution, version
+from importlib.metadata import distributions, version
 from importlib.resources import files
 from pathlib import PurePath
 
@@ -13,9 +13,12 @@ PROJECT = "gtm-fmu"
 
 def legal_texts(name: str) -> dict[str, bytes]:
     """Licence and notice files of an installed package, by their names in an FMU."""
-    package = distribution(name)
-    paths = [PurePath(path) for path in package.files or () if "licenses" in path.parts]
-    return {f"{name}-{path.name}.txt": (package.read_text(f"licenses/{path.name}") or "").encode() for path in paths}
+    texts: dict[str, bytes] = {}
+    for package in distributions(name=name):  # a folder in which it was built, without these, may come first
+        paths = [PurePath(path) for path in package.files or () if "licenses" in path.parts]
+        for path in paths:
+            texts.setdefault(f"{name}-{path.name}.txt", (package.read_text(f"licenses/{path.name}") or "").encode())
+    return texts
 
 
 def documentation(model: ModelDescription, platforms: list[str], licences: dict[str, bytes]) -> dict[str, bytes]:
