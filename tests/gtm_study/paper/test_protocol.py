@@ -10,7 +10,7 @@ import pytest
 from gtm_fmu.progress import Advance
 from gtm_study.paper import protocol_report, published
 from gtm_study.paper.protocol import Lattice, Protocol, run
-from surrogate import LocalSettings, Schedule
+from surrogate import Schedule
 from tests.gtm_study.looks import alike
 
 pytestmark = pytest.mark.slow
@@ -98,16 +98,13 @@ def test_tables_and_figures_of_a_whole_run(comparison, monkeypatch):
     """With few neurons tried and few models grown; the numbers in the tables are those of the parts."""
     pictures = []
 
-    def noted(figure, path):
-        pictures.append(path.stem)
-        assert alike(figure) == [], path.stem
-        path.touch()
+    def noted(figure, stem):
+        pictures.append(stem.name)
+        assert alike(figure) == [], stem.name
+        return []
 
-    monkeypatch.setattr("gtm_study.paper.protocol.save_figure", noted)
-    comparison = replace(comparison, neuron_counts=(1, 2), neuron_iterations=2)
-    monkeypatch.setattr(
-        "surrogate.training.local_selection.LocalSettings", lambda local_model: LocalSettings(local_model, max_models=3)
-    )
+    monkeypatch.setattr("gtm_study.paper.protocol.save_figures", noted)
+    comparison = replace(comparison, neuron_counts=(1, 2), neuron_iterations=2, most_local_models=3)
 
     @contextmanager
     def stage(name: str):
