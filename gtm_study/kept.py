@@ -7,7 +7,7 @@ part has its own ways: a data set goes on with its store, a thrust map and indic
 import hashlib
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
@@ -30,8 +30,14 @@ _MADE = (".pyc", ".so", ".dll", ".dylib", ".o")
 @cache
 def code() -> str:
     """Hash of the packages: modules, pages, data, the compiled core and the numbers' libraries."""
-    digest = hashlib.sha256(json.dumps([provenance(), *(version(name) for name in ("numpy", "scipy"))]).encode())
-    for path in sorted([*sources(_ROOT), library_path()]):
+    facts = json.dumps([provenance(), *(version(name) for name in ("numpy", "scipy"))])
+    return hashlib.sha256(f"{facts}{hashed([*sources(_ROOT), library_path()])}".encode()).hexdigest()
+
+
+def hashed(files: Iterable[Path]) -> str:
+    """Hash of what is in some files."""
+    digest = hashlib.sha256()
+    for path in sorted(files):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

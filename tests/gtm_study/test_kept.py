@@ -1,7 +1,10 @@
 """Folders of long runs: new, empty or of an earlier run; never one with the user's own files."""
 
+from pathlib import Path
+
 import pytest
 
+from gtm_study import kept
 from gtm_study.kept import Kept, run_folder
 
 
@@ -28,3 +31,25 @@ class TestFolder:
         )
         assert [path.name for path in tmp_path.iterdir()] == ["index.html"]
         assert (tmp_path / "index.html").read_text() == "mine"
+
+
+class TestCode:
+    """What a finished part follows from holds whatever a page or a figure is made of, not Python alone."""
+
+    def test_pages_and_data_count(self):
+        root = Path(kept.__file__).parents[1]
+        found = {path.relative_to(root).as_posix() for path in kept.sources(root)}
+        web = {path.relative_to(root).as_posix() for path in (root / "gtm_study").rglob("web/*") if path.is_file()}
+        assert {Path(name).suffix for name in web} >= {".js", ".css", ".html"}
+        assert web <= found
+        assert {"gtm_fmu/core/gtm_t2.c", "gtm_study/paper/data/nasa_plots/level_trim_vs_alpha.csv"} <= found
+        assert not [name for name in found if name.endswith((".pyc", ".so"))]
+
+    def test_another_page_is_another_code(self, tmp_path):
+        """So a stage that made the old one is run again."""
+        page = tmp_path / "gtm_study" / "explorer" / "web" / "explorer.js"
+        page.parent.mkdir(parents=True)
+        page.write_text("one")
+        before = kept.hashed(kept.sources(tmp_path))
+        page.write_text("two")
+        assert kept.hashed(kept.sources(tmp_path)) != before
