@@ -1,9 +1,9 @@
 """README.md, docs and notebooks: every block of commands and of programs runs, in the order of its page.
 
 Each page has a folder of its own, in which ``examples`` and ``tests`` stand as in the repository. A block of commands
-is indented or fenced as ``sh``; indented lines that begin with no command are what a command prints. A block that takes
-too long, or needs another machine, has ``<!-- not run: reason -->`` before it; its commands, options and imports are
-checked.
+is indented or fenced as ``sh``; indented lines that follow it at once and begin with no command are what it prints, or
+some of it. A block that takes too long, or needs another machine, has ``<!-- not run: reason -->`` before it; its
+commands, options and imports are checked.
 """
 
 import ast
@@ -164,6 +164,7 @@ def test_languages():
         assert not is_program, f"{block}: a program is fenced as python, a command as sh"
     assert len(of("sh")) >= 10
     assert len(of("python")) >= 9
+    assert any(told_output(block) for block in of("sh"))
 
 
 def test_signs():
@@ -216,21 +217,48 @@ def headings(path: Path) -> set[str]:
 
 
 def test_reasons():
-    for block in of(*LANGUAGES, is_run=False):
+    """Few blocks are not run, and each says why."""
+    left_out = of(*LANGUAGES, is_run=False)
+    assert len(left_out) <= 20, "run the block, or another one, or say here that there are more"
+    for block in left_out:
         assert len(block.reason.split()) >= 3, f"{block}: say why it is not run"
 
 
 @pytest.mark.parametrize("block", of("sh", "python", "c", "js"), ids=str)
 def test_block(block, place, names, monkeypatch, capsys):
     if block.language == "sh":
-        for command in commands(block):
-            run(command, monkeypatch)
+        printed = [word for command in commands(block) for word in words(run(command, monkeypatch))]
+        for line in told_output(block):
+            assert any(is_same(printed[k : k + len(line)], line) for k in range(len(printed))), line
     elif block.language == "python":
         run_python(block, names.setdefault(block.page, {"__name__": "__main__"}))
     elif block.language == "c":
         run_c(block, place, monkeypatch)
     else:
         run_javascript(block, place, monkeypatch)
+
+
+def told_output(block: Block) -> list[list[str]]:
+    """What a page says that its commands print, line by line: the indented block that follows at once."""
+    after = block.line + len(block.text.splitlines()) + 1
+    follows = [each for each in BLOCKS if each.page == block.page and each.line == after and each.language == "text"]
+    return [words(line) for each in follows for line in each.text.splitlines()]
+
+
+def words(printed: str) -> list[str]:
+    """Words of what is printed, without the lines of tables."""
+    return re.sub("[\u2500-\u257f]", " ", printed).split()
+
+
+def is_same(shown: list[str], told: list[str]) -> bool:
+    """Whether words are the same, numbers to 2 %."""
+    if len(shown) != len(told):
+        return False
+    pairs = [(word, other) for word, other in zip(shown, told, strict=True) if word != other]
+    return all(
+        NUMBER.fullmatch(word) and NUMBER.fullmatch(other) and float(word) == pytest.approx(float(other), rel=0.02)
+        for word, other in pairs
+    )
 
 
 def run_python(block: Block, defined: dict) -> None:
