@@ -24,7 +24,7 @@ import pytest
 import typer
 from typer.exceptions import TyperException
 
-from fmu_src import MODELS
+from fmu_src import MODELS, fmus
 from gtm_fmu import ControlLimits, Envelope, Trim, linearize, trim
 from gtm_study.commands import cli
 
@@ -125,6 +125,26 @@ def programs(tmp_path_factory) -> str:
         (folder / "cc").write_text(f'#!/bin/sh\nexec {compiler} "$@" -O0\n')
         (folder / "cc").chmod(0o755)
     return os.pathsep.join([str(folder), str(Path(sys.executable).parent), os.environ["PATH"]])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def built_once():
+    """What one page has built is not compiled again for another."""
+    build, known = fmus.build, {}
+
+    def build_or_copy(name, output, files=(), all_platforms=False, progress=None):
+        asked = name, tuple(files), all_platforms
+        if asked not in known:
+            path = build(name, output, files, all_platforms, progress)
+            known[asked] = path.name, path.read_bytes()
+        file, content = known[asked]
+        Path(output).mkdir(parents=True, exist_ok=True)
+        Path(output, file).write_bytes(content)
+        return Path(output, file)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fmus, "build", build_or_copy)
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -201,12 +201,12 @@ def table(heading: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """A table in Markdown."""
     lines = [list(heading)]
     lines += [["---"] * len(lines[0]), *map(list, rows)]
-    return "\n".join(f"| {' | '.join(cell.replace('|', '&#124;') for cell in line)} |" for line in lines)
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def _escaped(text: str) -> str:
     """Words that Markdown would take for something else."""
-    return re.sub(r"([*_<>\[\]$])", r"\\\1", text)
+    return re.sub(r"([*_<>\[\]$|])", r"\\\1", text)
 
 
 def _page(parts: Iterable[str]) -> str:
