@@ -19,7 +19,6 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import pytest
 import typer
 from typer.exceptions import TyperException
@@ -322,6 +321,7 @@ def test_notebook(name, tmp_path_factory, programs, monkeypatch):
     folder = tmp_path_factory.mktemp("examples")
     (folder / "tables").symlink_to(ROOT / "examples" / "tables")
     (folder / "notebooks").mkdir()
+    plt = pytest.importorskip("matplotlib.pyplot")
     monkeypatch.chdir(folder / "notebooks")
     monkeypatch.setenv("PATH", programs)
     plt.close("all")

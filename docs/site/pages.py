@@ -1,5 +1,6 @@
 """A hook of MkDocs: pages that are made of the code and of files beside docs/ when the site is built."""
 
+import inspect
 import json
 import re
 from collections.abc import Callable, Iterable
@@ -119,15 +120,16 @@ def paper() -> str:
 
 def package(name: str) -> str:
     """The public names of a package, with their docstrings."""
-    exported = [each for each in import_module(name).__all__ if not each.startswith("__")]
-    classes = sorted(each for each in exported if each[0].isupper() and not each.isupper())
-    others = sorted(each for each in exported if each not in classes)
-    return _page(
-        [f"# {name}", PACKAGES[name], "## Functions"]
-        + [f"::: {name}.{each}" for each in others]
-        + (["## Classes"] if classes else [])
-        + [f"::: {name}.{each}" for each in classes]
-    )
+    module = import_module(name)
+    kinds: dict[str, list[str]] = {"Functions": [], "Classes": [], "Others": []}
+    for each in sorted(module.__all__):
+        value = getattr(module, each)
+        kind = "Classes" if inspect.isclass(value) else "Functions" if inspect.isfunction(value) else "Others"
+        # by its home, for a module of the package may have the same name
+        home = name if kind == "Others" else value.__module__
+        kinds[kind] += [] if each.startswith("__") else [f"::: {home}.{each}"]
+    parts = [part for kind, names in kinds.items() if names for part in (f"## {kind}", *names)]
+    return _page([f"# {name}", PACKAGES[name], *parts])
 
 
 def command_line() -> str:
