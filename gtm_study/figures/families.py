@@ -78,7 +78,7 @@ def _plot_volume(family: EnvelopeFamily) -> Figure:
     for member in family.members:
         for stroke in strokes(member.boundary):
             place = np.full(len(stroke.tas_kt), member.value)
-            style = line_style(stroke) | {"lw": 1.3}
+            style = line_style(stroke) | {"lw": 1.3, "ms": 4}
             axes.plot(stroke.turn_rate_deg_s, stroke.tas_kt, place, label=stroke.label.tex, **style, zorder=2)
     axes.set_xlabel(r"$\dot\psi$, deg/s")
     axes.set_ylabel("$V$, kn", labelpad=8)

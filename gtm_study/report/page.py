@@ -216,8 +216,9 @@ def _inline(path: Path) -> str:
 
 
 def _prose(text: str) -> Markup:
-    """Text with names in backticks as code, and V_min and its like with an index."""
+    """Text with names in backticks as code, V_min and its like with an index, and numbers in one piece."""
     marked = re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text)))
+    marked = re.sub(r"\b\d[\d.]*e-\d+\b", r'<span class="whole">\g<0></span>', marked)
     return Markup(re.sub(r"\b([VtS])(_|\^)(min|max|T)\b", lambda m: _indexed(*m.groups()), marked))
 
 
