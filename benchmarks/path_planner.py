@@ -29,7 +29,8 @@ QUESTIONS = 20_000
 def main() -> None:
     ridge = read_scenario(SCENARIO)
     with tempfile.TemporaryDirectory() as folder:
-        exact, mapped = exact_fmus(Path(folder), ridge), map_fmu(Path(folder), ridge)
+        exact = exact_fmus(Path(folder), ridge)
+        maps = [map_fmu(Path(folder), ridge), map_fmu(Path(folder), ridge, "GtmSurrogateNative", "network")]
         rng = np.random.default_rng(1)
         asked = rng.uniform((4000, -6, 90, -5), (8000, 6, 130, 1), (QUESTIONS, 4))
         began = time.perf_counter()
@@ -50,7 +51,7 @@ def main() -> None:
             ),
             row("of them answered otherwise", int((answers != expected).sum()), "questions"),
         ]
-        for choice in compared(ridge, exact, [mapped]):
+        for choice in compared(ridge, exact, maps):
             name = f"plan by {choice.source}"
             rows.append(row(name, choice.seconds, "s"))
             if choice.plan is not None:
@@ -58,8 +59,8 @@ def main() -> None:
                 rows.append(row(f"{name}: time on the way", choice.plan.measures.time_s, "s"))
                 rows.append(row(f"{name}: of that infeasible by the exact FMU", choice.infeasible_s, "s"))
                 rows.append(row(f"{name}: V_min, V_max off by at most", choice.speeds_off_kt or 0.0, "kn"))
-        exact.close()
-        mapped.close()
+        for source in (exact, *maps):
+            source.close()
     write("path_planner", rows)
 
 

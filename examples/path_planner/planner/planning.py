@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,19 +44,25 @@ MAPS = {"GtmSurrogateNative": "surrogate-native", "GtmThrustMapNative": "thrust-
 """FMUs of maps, and by which name they are built."""
 
 
-def map_fmu(folder: Path, scenario: Scenario, model: str = "GtmThrustMapNative") -> MapFmu:
+def map_fmu(
+    folder: Path, scenario: Scenario, model: str = "GtmThrustMapNative", surrogate: str | None = None
+) -> MapFmu:
     """A map as the source, from a folder; built where it is missing.
+
+    Args:
+        surrogate: what GtmSurrogateNative carries, as ``network``, in a folder of that name; default the thrust map.
 
     Raises:
         InputError: as `exact_fmus`, or a failure of more than the rudder.
     """
-    return MapFmu(_built(folder, model, MAPS[model]), scenario.failure)
+    place = folder / surrogate if surrogate else folder
+    return MapFmu(_built(place, model, MAPS[model], surrogate), scenario.failure, label=surrogate)
 
 
-def _built(folder: Path, model: str, name: str) -> Path:
+def _built(folder: Path, model: str, name: str, surrogate: str | None = None) -> Path:
     path = folder / f"{model}.fmu"
     if not path.exists():
-        build_fmu(name, folder)
+        build_fmu(name, folder, surrogate)
     return path
 
 
@@ -84,7 +91,8 @@ def plan(
         if of != scenario.cost.of:
             if say:
                 say(of)
-            others.append(_plan_for(scenario, source, tas_kt, of))
+            with suppress(NoPathError):  # the search gives up before it proves that there is none
+                others.append(_plan_for(scenario, source, tas_kt, of))
     return replace(found, alternatives=tuple(others))
 
 
@@ -144,14 +152,51 @@ def check_start(scenario: Scenario) -> None:
     if start.altitude_ft < ground + scenario.clearance_ft:
         if math.isinf(ground):
             raise NoPathError(
-                f"The start at {start.north_m:g} m north, {start.east_m:g} m east lies outside the terrain; it reaches "
-                f"from {scenario.terrain.north_m[0]:g} to {scenario.terrain.north_m[-1]:g} m north and from "
-                f"{scenario.terrain.east_m[0]:g} to {scenario.terrain.east_m[-1]:g} m east."
+                f"The start at {start.north_m:g} m north, {start.east_m:g} m east lies outside the terrain; "
+                f"{_extent(scenario)}."
             )
         raise NoPathError(
             f"The start at {start.altitude_ft:g} ft is {'in' if start.altitude_ft < ground else 'too near'} the ground "
             f"of {ground:.0f} ft there; with the clearance, {ground + scenario.clearance_ft:.0f} ft is the least."
         )
+
+
+def _check_goal(scenario: Scenario, goal: Goal, source: EnvelopeSource, tas_kt: float) -> None:
+    """Raises NoPathError for a goal in the ground or outside the terrain, or at an altitude that is not reached."""
+    start_ft, (low, high) = scenario.start.altitude_ft, goal.altitude_ft
+    ground = float(scenario.terrain.height(np.float64(goal.north_m), np.float64(goal.east_m)))
+    where = f"The goal at {goal.north_m:.0f} m north, {goal.east_m:.0f} m east"
+    if math.isinf(ground):
+        raise NoPathError(f"{where} lies outside the terrain; {_extent(scenario)}.")
+    if high < ground + scenario.clearance_ft - 1e-6:
+        least = ground + scenario.clearance_ft
+        raise NoPathError(
+            f"{where} and {low:g} to {high:g} ft is too near the ground of {ground:.0f} ft there, or in it; with the "
+            f"clearance, {least:.0f} ft is the least."
+        )
+    nearest = min(max(start_ft, low), high)
+    sought = {
+        1: [g for g in scenario.gammas_deg if g > 0],
+        0: list(scenario.gammas_deg),
+        -1: [g for g in scenario.gammas_deg if g < 0],
+    }[int(np.sign(nearest - start_ft))]
+    reached = start_ft
+    for altitude in np.linspace(start_ft, nearest, max(2, math.ceil(abs(nearest - start_ft) / _SEGMENT_FT))).tolist():
+        if all(source.turn_rates(altitude, gamma, tas_kt) is None for gamma in sought):
+            way = "climb" if nearest > start_ft else "descend" if nearest < start_ft else "fly"
+            raise NoPathError(
+                f"At {tas_kt:g} kn the aircraft does not {way} to {nearest:.0f} ft on the flight paths to choose from; "
+                f"it gets to about {reached:.0f} ft."
+            )
+        reached = altitude
+
+
+def _extent(scenario: Scenario) -> str:
+    ground = scenario.terrain
+    return (
+        f"it reaches from {ground.north_m[0]:g} to {ground.north_m[-1]:g} m north and from {ground.east_m[0]:g} to "
+        f"{ground.east_m[-1]:g} m east"
+    )
 
 
 def safest_speed(scenario: Scenario, source: EnvelopeSource) -> float:
@@ -202,6 +247,7 @@ def _plan_for(scenario: Scenario, source: EnvelopeSource, tas_kt: float, of: str
     goal = scenario.goal
     if goal is None:
         raise NoPathError("There is no goal.")
+    _check_goal(scenario, goal, source, tas_kt)
     primitives = Primitives(source, tas_kt, scenario.gammas_deg, scenario.reserve, scenario.start.altitude_ft)
     memo: dict[tuple[int, float], float] = {}
 
@@ -241,7 +287,7 @@ def _no_path(scenario: Scenario, goal: Goal, search: Search) -> str:
     pose = state.pose if state else scenario.start
     return (
         f"No path leads to {goal.north_m:g} m north, {goal.east_m:g} m east at {goal.altitude_ft[0]:g} to "
-        f"{goal.altitude_ft[1]:g} ft; the nearest that is reached is {search.distance_m(pose):.0f} m short of it at "
+        f"{goal.altitude_ft[1]:g} ft; the nearest that was reached is {search.distance_m(pose):.0f} m short of it at "
         f"{pose.altitude_ft:.0f} ft."
     )
 

@@ -304,4 +304,6 @@ def _cost(table: _Table) -> Cost:
         table.truth("engine_out", usual.engine_out),
     )
     table.end()
+    if cost.of == "second failure" and not cost.rudder_lost_deg and not cost.engine_out:
+        raise InputError("of of [cost] is second failure, but there is none; give rudder_lost_deg or engine_out.")
     return cost

@@ -20,10 +20,10 @@ from examples.path_planner.planner.flight import Rate, cost_of, flown, is_clear
 from examples.path_planner.planner.primitives import Leg, Manoeuvre, Primitives, Steps
 from examples.path_planner.planner.scenario import Goal, Pose, Scenario
 from examples.path_planner.planner.tracks import over_ground
-from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
+from gtm_fmu.units import M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 
 _CELL_M, _CELL_FT, _CELL_DEG = 250.0, 100.0, 15.0
-MOST_STATES, _ENOUGH_STATES = 20_000, 4_000
+MOST_STATES, _ENOUGH_STATES = 10_000, 4_000
 """How many are looked at until there is a path, and until the best path so far is taken."""
 _TOLERANCE = 1.01
 """A path that costs so much more than the least one is good enough."""
@@ -97,6 +97,12 @@ class Search:
         away = math.hypot(self.goal.north_m - pose.north_m, self.goal.east_m - pose.east_m)
         return max(0.0, away - self.goal.radius_m)
 
+    def _shortfall_m(self, pose: Pose) -> float:
+        """How far the goal is, with the height that is missing counted as the way that a climb of 6 deg takes."""
+        low, high = self.goal.altitude_ft
+        missing_ft = max(low - pose.altitude_ft, pose.altitude_ft - high, 0.0)
+        return self.distance_m(pose) + 10.0 * missing_ft * M_PER_FT
+
     def _start(self) -> State:
         pose = self.scenario.start
         return State(pose, 0.0, float(self._estimates(*(np.array([value]) for value in pose))[0]))
@@ -142,7 +148,7 @@ class Search:
         if self._best.get(self._cell(state.pose), math.inf) < state.cost:
             return
         self.states += 1
-        if self.distance_m(state.pose) < self.distance_m(self.nearest.pose):
+        if self._shortfall_m(state.pose) < self._shortfall_m(self.nearest.pose):
             self.nearest = state
         if self.turns is not None:
             end = self._connected(state, Target.of_goal(self.goal), self._least_cost - state.cost)

@@ -238,18 +238,20 @@ class MapFmu:
 
     BANK_DEG = 30.0
 
-    def __init__(self, path: Path, failure: Failure, is_safe: bool = False) -> None:
+    def __init__(self, path: Path, failure: Failure, is_safe: bool = False, label: str | None = None) -> None:
         """Instantiate it.
 
         Args:
             is_safe: whether to take the safe speeds, which are inside the exact ones with a probability that the map's
                 documentation says.
+            label: of what the FMU carries, for its name.
 
         Raises:
             InputError: an FMU that does not load or has no safe speeds, or a failure of more than the rudder.
         """
         self._envelope = _Envelope(path, _SAFE) if is_safe else _Envelope(path)
-        self.name = self._envelope.fmu.description.modelName + (", safe speeds" if is_safe else "")
+        parts = self._envelope.fmu.description.modelName, label, "safe speeds" if is_safe else None
+        self.name = ", ".join(part for part in parts if part)
         self._failure = failure
         if not self.knows(failure):
             other = next(name for name in failure if name not in _RUDDER)
