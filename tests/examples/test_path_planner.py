@@ -10,12 +10,14 @@ from scipy.integrate import solve_ivp
 
 from examples.path_planner.planner import NoPathError, dubins, exact_fmus, plan, read_scenario, tracks
 from examples.path_planner.planner.climbs import climbs
+from examples.path_planner.planner.connections import Target, connections
 from examples.path_planner.planner.elevation_files import read_geotiff, read_hgt
+from examples.path_planner.planner.flight import fly
 from examples.path_planner.planner.glides import ENGINES_OUT, Glides
 from examples.path_planner.planner.landing import Descent
 from examples.path_planner.planner.planning import footprint, map_fmu
 from examples.path_planner.planner.primitives import Primitives
-from examples.path_planner.planner.scenario import scenario
+from examples.path_planner.planner.scenario import Pose, scenario
 from examples.path_planner.planner.sources import MapFmu, second_failures
 from examples.path_planner.planner.terrain import flat
 from gtm_fmu import ControlLimits, Failure, InputError, envelope, manoeuvres, performance, turn_rate_interval
@@ -105,6 +107,23 @@ def test_the_shortest_path_between_opposite_poses_is_known():
     ends = np.array([0.0]), np.array([-600.0]), math.pi
     zero = np.zeros(1)
     assert dubins.lengths_m(zero, zero, zero, ends, (300.0, 5000.0))[0] == pytest.approx(math.pi * 300, rel=1e-6)
+
+
+def test_whole_turns_lead_up_where_the_way_is_too_short(ridge):
+    """3000 ft higher 2 km ahead at 3 deg at most, in wind: every way ends there, and none without whole turns."""
+    windy, start = replace(ridge, wind=tracks.Wind(3.0, -5.0)), ridge.start
+    target = Target(2000.0, 500.0, (9000.0, 9000.0), 90.0)
+    found = list(connections(start, target, 100.0, (-6.0, 3.0), (-3.0, 0.0, 3.0), windy.wind))
+    assert len(found) >= 3  # circles that overlap have no straight line from one side to the other
+    for legs in found:
+        pose = start
+        for leg in legs:
+            pose = Pose(*(float(value) for value in fly(pose, leg, np.float64(leg.duration_s), windy)))
+            assert 0 < leg.manoeuvre.gamma_deg <= 3.0
+        assert (pose.north_m, pose.east_m, pose.altitude_ft) == pytest.approx((2000, 500, 9000), abs=0.1)
+        assert pose.heading_deg % 360 == pytest.approx(90)
+        turned = sum(abs(leg.manoeuvre.turn_rate_deg_s) * leg.duration_s for leg in legs)
+        assert turned > 360
 
 
 # What the failure leaves
@@ -307,6 +326,11 @@ def test_a_geotiff(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        (
+            "[start]\naltitude_ft = 5000\nheading_deg = 0\n[cost]\nof = 'second failure'\nrudder_lost_deg = 0\n"
+            "engine_out = false",
+            "there is none; give rudder_lost_deg or engine_out",
+        ),
         ("[start", "cannot be read as a scenario"),
         ("[goal]\nnorth_m = 1", "start"),
         ("[start]\naltitude_ft = 99999\nheading_deg = 0", "altitude_ft of .start. 99999 is outside"),
@@ -332,6 +356,14 @@ def test_a_start_in_the_ground_and_one_without_an_envelope(exact, fmus, ridge):
     low = replace(ridge, start=ridge.start._replace(altitude_ft=3000.0))
     with pytest.raises(NoPathError, match=r"in the ground of 40\d\d ft there; with the clearance, 42\d\d ft"):
         plan(low, exact)
+    inside = replace(ridge, goal=replace(ridge.goal, north_m=5500.0, east_m=-3000.0, altitude_ft=(5000.0, 6000.0)))
+    with pytest.raises(
+        NoPathError, match=r"too near the ground of 71\d\d ft there, or in it; with the clearance, 73\d\d ft"
+    ):
+        plan(inside, exact)
+    level = replace(ridge, gammas_deg=(0.0,), goal=replace(ridge.goal, altitude_ft=(7000.0, 8000.0)))
+    with pytest.raises(NoPathError, match=r"does not climb to 7000 ft .* it gets to about 6000 ft"):
+        plan(level, exact)
     jam = {"limits.rudder.lower": 30.0, "limits.rudder.upper": 30.0}
     nothing = replace(ridge, failure=jam)
     source = exact_fmus(fmus, nothing)

@@ -10,7 +10,7 @@ from examples.path_planner.planner.scenario import Goal, Pose
 from examples.path_planner.planner.tracks import FT_PER_M, Wind
 from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
 
-_REPETITIONS, _SECONDS = 30, 1e-7
+_REPETITIONS, _SECONDS, _MOST_TURNS = 30, 1e-7, 30
 Turns = tuple[float, float]
 """Turn rates to the left and to the right in deg/s."""
 
@@ -35,13 +35,29 @@ class Target(NamedTuple):
 
 
 def connections(
-    pose: Pose, target: Target, tas_kt: float, turns: Turns, gammas_deg: tuple[float, float], wind: Wind
+    pose: Pose, target: Target, tas_kt: float, turns: Turns, gammas_deg: tuple[float, ...], wind: Wind
 ) -> Iterator[list[Leg]]:
-    """Legs for every pair of turns that leads there on a flight path between two."""
+    """Legs for every pair of turns that leads there, with whole turns where the flight path would be too steep.
+
+    ``gammas_deg``: none is steeper than the steepest of them; each is tried as the steepest that whole turns lead to.
+    """
+    climb_m = _climb_m(pose, target)
+    steepest = {abs(g) * RAD_PER_DEG for g in gammas_deg if g * climb_m > 0} or {0.0}
     for kind in range(4 if target.heading_deg is not None else 2):
-        legs = _connection(pose, target, tas_kt, turns, gammas_deg, wind, kind)
-        if legs:
-            yield legs
+        tried = set()
+        for limit in sorted(steepest, reverse=True):
+            found = _connection(pose, target, tas_kt, turns, limit, wind, kind)
+            if found is None:
+                continue
+            legs, whole_turns = found
+            if legs and whole_turns not in tried:
+                tried.add(whole_turns)
+                yield legs
+
+
+def _climb_m(pose: Pose, target: Target) -> float:
+    low, high = target.altitude_ft
+    return (min(max(pose.altitude_ft, low), high) - pose.altitude_ft) / FT_PER_M
 
 
 def _connection(
@@ -49,14 +65,16 @@ def _connection(
     target: Target,
     tas_kt: float,
     turns: Turns,
-    gammas_deg: tuple[float, float],
+    steepest: float,
     wind: Wind,
     kind: int,
-) -> list[Leg] | None:
-    """Of one pair of turns: the end drifts against the wind while the path is flown, so that is found by repetition."""
+) -> tuple[list[Leg], int] | None:
+    """Of one pair of turns, with the number of whole turns before it that make it no steeper than an angle in rad.
+
+    The end drifts against the wind while the path is flown, so that is found by repetition.
+    """
     speed, gamma, time = tas_kt * M_S_PER_KT, 0.0, 0.0
-    low, high = target.altitude_ft
-    climb_m = (min(max(pose.altitude_ft, low), high) - pose.altitude_ft) / FT_PER_M
+    climb_m, whole = _climb_m(pose, target), 0
     heading = None if target.heading_deg is None else target.heading_deg * RAD_PER_DEG
     start = (pose.north_m, pose.east_m, pose.heading_deg * RAD_PER_DEG)
     for _ in range(_REPETITIONS):
@@ -66,20 +84,28 @@ def _connection(
         path = dubins.path(start, end, radii, kind)
         if path is None or path.length_m <= 0:
             return None
-        before, time = time, path.length_m / along
-        gamma = math.atan2(climb_m, path.length_m)
+        circle_m = 2.0 * math.pi * abs(path.first_m)
+        if abs(climb_m) > 1e-9:
+            if steepest <= 0.0:
+                return None
+            missing_m = abs(climb_m) / math.tan(steepest) - path.length_m
+            whole = max(whole, math.ceil(missing_m / circle_m - 1e-9))
+        if whole > _MOST_TURNS:
+            return None
+        length_m = path.length_m + whole * circle_m
+        before, time = time, length_m / along
+        gamma = math.atan2(climb_m, length_m)
         if abs(time - before) < _SECONDS:
             break
     else:
         return None
     gamma_deg = gamma / RAD_PER_DEG
-    if not gammas_deg[0] <= gamma_deg <= gammas_deg[1]:
-        return None
-    parts = ((path.first_m, path.first_angle), (0.0, path.straight_m), (path.last_m, path.last_angle))
+    first_angle = abs(path.first_angle) + 2.0 * math.pi * whole
+    parts = ((path.first_m, first_angle), (0.0, path.straight_m), (path.last_m, path.last_angle))
     legs = []
     for radius, amount in parts:
         rate = (turns[1] if radius > 0 else turns[0]) if radius else 0.0
         seconds = abs(amount) / (abs(rate) * RAD_PER_DEG if radius else along)
         if seconds > _SECONDS:
             legs.append(Leg(Manoeuvre(gamma_deg, tas_kt, rate), seconds))
-    return legs
+    return legs, whole

@@ -195,8 +195,8 @@ class Search:
         """The cheapest connection of a state with a target that costs less than ``most``."""
         assert self.turns is not None
         best: State | None = None
-        gammas = self.scenario.gammas_deg[0], self.scenario.gammas_deg[-1]
-        for legs in connections(state.pose, target, self.primitives.tas_kt, self.turns, gammas, self.scenario.wind):
+        gammas, wind = self.scenario.gammas_deg, self.scenario.wind
+        for legs in connections(state.pose, target, self.primitives.tas_kt, self.turns, gammas, wind):
             if sum(leg.duration_s for leg in legs) * self.least_per_s >= most:
                 continue
             found = flown(state.pose, legs, state.manoeuvre, self.scenario, self.primitives, self.rate, most)
