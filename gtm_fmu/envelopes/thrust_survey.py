@@ -31,6 +31,8 @@ FASTEST_KT = 200.0
 """Equivalent airspeed beyond every envelope: full thrust at sea level reaches 192 kn in a descent of 5 deg."""
 
 _ROUNDING_DEG = 1e-6
+_SINGLE_KT = 1e-3
+"""Speeds no further apart are one, with one thrust: at the last deflection that any manoeuvre has."""
 
 
 class Nodes(NamedTuple):
@@ -120,6 +122,9 @@ def thrust_curve(control: str, altitude_ft: float, gamma_deg: float, deflection_
     row = np.full(2 + speeds, np.nan)
     slowest, fastest = row[:2] = [end[V] * KT_PER_FT_S * eas_per_tas for end in ends]
     row[2] = gross_thrust_lbf(ends[0][THROTTLE], altitude_ft)
+    if np.isfinite(slowest) and not fastest - slowest >= _SINGLE_KT:
+        row[1], row[2:] = slowest, row[2]
+        return row
     for i in range(1, speeds):
         speed_kt = slowest + (fastest - slowest) * (i / (speeds - 1)) ** 2
         held = np.full(solver.NT, np.nan)

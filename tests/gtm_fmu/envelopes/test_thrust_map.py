@@ -294,6 +294,16 @@ def test_maps_of_other_controls(control, limits):
         assert found.v_max_kt[0] == pytest.approx(exact.v_max_kt, abs=0.5)
 
 
+def test_a_single_speed_has_a_single_thrust():
+    """Where manoeuvres end. Else ranges beyond the last deflection told a V_max of 199.56 kn where it is 189.76."""
+    _, greatest = reach("elevator", 0.0, -5.0, (-30.0, 30.0))
+    slowest, fastest, *thrusts = thrust_curve("elevator", 0.0, -5.0, greatest, 9)
+    assert fastest == pytest.approx(slowest, abs=1e-3)
+    assert set(thrusts) == {thrusts[0]}
+    found = ThrustMap.load(THRUST_MAPS["elevator"]).predict([335.97390588, -4.6775355, -10.3191973, 12.51024404])
+    assert found.v_max_kt[0] == pytest.approx(189.76122, abs=0.05)  # the exact solver's
+
+
 def test_one_case(rudder):
     found = rudder.predict_one(10000.0, 0.0, (-10.0, 20.0))
     many = rudder.predict([[10000.0, 0.0, -10.0, 20.0]])
