@@ -24,9 +24,10 @@ from gtm_fmu.aircraft.client import FmuClient
 STEP_S, STEPS = 0.02, 100
 FLIGHT = ("control.elevator", 0.08, ("state.u", "state.w", "state.q", "state.altitude", "path.gamma"))
 LIMITS = ("gamma", 0.05, ("v_min", "v_max", "margin.slow", "margin.fast"))
+SAFE_LIMITS = (*LIMITS[:2], (*LIMITS[2], "v_min_safe", "v_max_safe"))
 TURN = ("gamma", 0.05, ("trim.alpha", "trim.bank", "margin.throttle.left.upper", "trim.thrust", "turn_rate.greatest"))
-SIBLINGS = {"dynamics": FLIGHT, "aircraft": FLIGHT, "envelope": LIMITS, "manoeuvre": TURN, "surrogate": LIMITS}
-NATIVE_ONLY = {"thrust-map": LIMITS}
+SIBLINGS = {"dynamics": FLIGHT, "aircraft": FLIGHT, "envelope": LIMITS, "manoeuvre": TURN, "surrogate": SAFE_LIMITS}
+NATIVE_ONLY = {"thrust-map": SAFE_LIMITS}
 CASES = {f"{name}{made}": case for name, case in SIBLINGS.items() for made in ("", "-native", "-native3")}
 CASES |= {f"{name}{made}": case for name, case in NATIVE_ONLY.items() for made in ("-native", "-native3")}
 """Input and its value from the start, outputs after `STEPS` steps, by the FMU's short name."""

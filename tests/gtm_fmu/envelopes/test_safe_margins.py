@@ -1,16 +1,20 @@
 """Safe speeds of a thrust map: margins by hand, where nothing is promised, and the promise on known errors."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from gtm_fmu.core.map_layout import GROUPS
 from gtm_fmu.datasets import calibration
 from gtm_fmu.envelopes.safe_margins import EPSILONS, SafeMargins
-from gtm_fmu.envelopes.thrust_map import ThrustMap
+from gtm_fmu.envelopes.thrust_map import THRUST_MAPS, ThrustMap
 from gtm_fmu.errors import InputError
 
+EXACT = Path(__file__).with_name("safe_margins.npz")
+"""Cases of the seed that no map was calibrated on, with their exact ends."""
 LEVEL = EPSILONS.index(0.001)
 JAM, RANGE, FOLDED_JAM, FOLDED_RANGE = range(len(GROUPS))
 CASES = np.array([[10000.0, 0.0, 7.0, 7.0], [10000.0, 0.0, -5.0, 12.0], [20000.0, -3.0, -30.0, 30.0]])
@@ -177,3 +181,28 @@ def test_what_does_not_exist_is_a_broken_promise(plain):
     for name, share in (("no_envelope", 0.01), ("broken_v_min", 0.05)):
         expected = share * checked["safe"]
         assert abs(checked[name] - expected) < 4 * np.sqrt(2 * expected)  # both samples vary
+
+
+@pytest.mark.parametrize("control", ["rudder", "elevator"])
+def test_the_maps_of_the_package_keep_their_promise(control):
+    """Exact cases of another seed, first of each group: no more broken promises than chance allows in 1 of 10 000."""
+    shipped = ThrustMap.load(THRUST_MAPS[control])
+    with np.load(EXACT) as content:
+        cases, exact = content[f"{control}_cases"], content[f"{control}_ends_kt"]
+    assert len(cases) >= 400
+    for epsilon in (0.1, 0.01, 0.001):
+        for found in calibration.check(shipped, cases, exact, epsilon).values():
+            most = binom.ppf(0.9999, found["safe"], epsilon)
+            assert max(found["broken_v_min"], found["broken_v_max"], found["no_envelope"]) <= most
+    found = calibration.check(shipped, cases, exact)
+    for group in GROUPS[:2]:
+        assert found[group]["safe"] > 0.9 * found[group]["cases"] > 150
+        assert 0 < found[group]["price_v_max_kt"] < 2
+
+
+def test_the_rudder_s_map_promises_at_folds_too():
+    """10^5 exact cases set its margins; at its folds, which are flagged, safe speeds are told with wide ones."""
+    safe = ThrustMap.load().safe
+    assert safe.cases.sum() >= 100_000
+    assert np.isfinite(safe.at(0.001)).all()
+    assert (safe.at(0.0001)[:2] < 20).all()
