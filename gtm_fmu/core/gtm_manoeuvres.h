@@ -34,13 +34,17 @@ GTM_API int gtm_extreme(const gtm_configuration *c, enum gtm_throttles throttles
                         const double *lower, const double *upper, const double *objective, long n, const double *starts,
                         double *best, double *violation);
 
-/* The same from starts of its own, for V_min, V_max or the least throttle: over each piece of the rudder's range, and
-   then about the best. */
+/* The same from starts of its own, for V_min, V_max or the least throttle. */
 GTM_API int gtm_envelope_end(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
                              const double *lower, const double *upper, const double *objective, double *best,
                              double *violation);
 
-/* The pieces of a range of the rudder in deg that gtm_envelope_end searches, each on its own: the k-th from border[k]
+/* The same from many starts always, which takes six times as long: what gtm_envelope_end is checked against. */
+GTM_API int gtm_thorough_end(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                             const double *lower, const double *upper, const double *objective, double *best,
+                             double *violation);
+
+/* The pieces of a range of the rudder in deg between its breakpoints, of whose ends the best is that of the range: the k-th from border[k]
    to border[k + 1]. Returns their number, at most `most`: then the last one reaches to the end. */
 GTM_API int gtm_rudder_pieces(double lower, double upper, int most, double *border);
 

@@ -48,6 +48,14 @@ int gtm_envelope_end(const gtm_configuration *c, enum gtm_throttles throttles, d
     return gtm_find_end(&flight.problem, b.lower, b.upper, objective, best, violation);
 }
 
+int gtm_thorough_end(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
+                     const double *lower, const double *upper, const double *objective, double *best, double *violation)
+{
+    gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
+    const gtm_bounds b = gtm_bounds_of(&flight, lower, upper);
+    return gtm_find_end_thoroughly(&flight.problem, b.lower, b.upper, objective, best, violation);
+}
+
 int gtm_rudder_pieces(double lower, double upper, int most, double *border)
 {
     const gtm_flight flight = gtm_flight_at(0, GTM_ONE_THROTTLE, 0, 0);

@@ -173,14 +173,24 @@ def extreme(
 
 
 def envelope_end(
-    altitude: float, gamma: float, lower: ArrayLike, upper: ArrayLike, objective: ArrayLike, airframe: Airframe = STUDY
+    altitude: float,
+    gamma: float,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    objective: ArrayLike,
+    airframe: Airframe = STUDY,
+    is_thorough: bool = False,
 ) -> Extreme:
-    """The same from starts of its own, over each of the `rudder_pieces` and then about the best point found."""
-    return _search("gtm_envelope_end", airframe, altitude, gamma, lower, upper, objective)
+    """The same from starts of its own.
+
+    ``is_thorough``: from many starts in each of the `rudder_pieces`, which takes six times as long and serves as a check.
+    """
+    name = "gtm_thorough_end" if is_thorough else "gtm_envelope_end"
+    return _search(name, airframe, altitude, gamma, lower, upper, objective)
 
 
 def rudder_pieces(lower: float, upper: float) -> list[tuple[float, float]]:
-    """The pieces in which `envelope_end` searches a range of the rudder in deg; the best of their ends is its own."""
+    """The pieces of a range of the rudder in deg between its breakpoints; the best of their ends is that of the range."""
     most = 64
     border = (ctypes.c_double * (most + 1))()
     count = library().gtm_rudder_pieces(ctypes.c_double(lower), ctypes.c_double(upper), ctypes.c_int(most), border)

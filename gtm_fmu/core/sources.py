@@ -38,6 +38,7 @@ LAYERS = {
     "trims, ends and grids": (
         "solver/rudder_curve.c",
         "solver/trim.c",
+        "solver/beyond.c",
         "solver/ends.c",
         "solver/end_slopes.c",
         "solver/grid.c",

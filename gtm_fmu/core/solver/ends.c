@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "solver/beyond.h"
 #include "solver/cold_start.h"
 #include "solver/descent.h"
 
@@ -108,18 +109,24 @@ static int is_better(const end *a, const end *b)
     return a->violation < b->violation;
 }
 
+/* The same over all that the bounds leave. */
+static long starts_in(const gtm_problem *p, int n, const double *lower, const double *upper, double *starts)
+{
+    const gtm_speeds speeds = p->aircraft->speeds(p);
+    const double top = fmin(upper[V], speeds.fastest);
+    const double low[3] = {fmin(fmax(lower[V], speeds.slowest), top), lower[PHI], lower[RUDDER]};
+    const double high[3] = {top, upper[PHI], upper[RUDDER]};
+    return starts_over(p, n, speeds.is_steep, low, high, starts);
+}
+
 /* The end over one piece of the rudder's range. */
 static end search_piece(const gtm_problem *p, const double *lower, const double *upper, const double *objective)
 {
     double starts[3 * (MOST_SPREAD > MOST_NEAR ? MOST_SPREAD : MOST_NEAR) * GTM_MOST_UNKNOWNS];
     const gtm_speeds speeds = p->aircraft->speeds(p);
-    const double top = fmin(upper[V], speeds.fastest);
-    const double low[3] = {fmin(fmax(lower[V], speeds.slowest), top), lower[PHI], lower[RUDDER]};
-    const double high[3] = {top, upper[PHI], upper[RUDDER]};
-    int is_free = 0;
-    for (int i = 0; i < 3; i++) is_free += low[i] < high[i];
-    const int count = starts_of[is_free] * (speeds.is_steep && low[0] < high[0] ? of_steep : 1);
-    long n = starts_over(p, count, speeds.is_steep, low, high, starts);
+    const int is_free = (lower[V] < upper[V]) + (lower[PHI] < upper[PHI]) + (lower[RUDDER] < upper[RUDDER]);
+    const int count = starts_of[is_free] * (speeds.is_steep && lower[V] < upper[V] ? of_steep : 1);
+    long n = starts_in(p, count, lower, upper, starts);
     end best = search(p, lower, upper, objective, n, starts);
     for (int round = 0, improves = 1; improves && round < NEAR_ROUNDS && best.status != GTM_NO_TRIM; round++) {
         n = starts_near(p, best.y, lower, upper, objective, starts);
@@ -131,8 +138,10 @@ static end search_piece(const gtm_problem *p, const double *lower, const double 
     return best;
 }
 
-int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
-                 double *violation)
+/* ---- Every piece from many starts ---- */
+
+int gtm_find_end_thoroughly(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
+                            double *y, double *violation)
 {
     double low[GTM_MOST_UNKNOWNS], high[GTM_MOST_UNKNOWNS], border[MOST_PIECES + 1];
     const size_t row = sizeof *y * (size_t)p->unknowns;
@@ -148,5 +157,114 @@ int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper,
     }
     *violation = best.violation;
     if (best.status != GTM_NO_TRIM) memcpy(y, best.y, row);
+    return best.status;
+}
+
+/* ---- From a few starts, then beyond the end found ---- */
+
+enum { FEW = 8, MOST_BEYOND = 12, LOOKS = 8 };
+static const double just_beyond = 0.01; /* ft/s */
+static const double narrow = 2;         /* scale units */
+
+/* Better than a trim inside the bounds by more than the precision of a descent. */
+static int improves_on(const end *found, const end *best)
+{
+    return found->status == GTM_TRIMMED && best->value - found->value > 1e-6 * fabs(best->value);
+}
+
+/* Values from lower to upper by at most `step`; their number. */
+static int spread(double lower, double upper, double step, int most, double *values)
+{
+    const int intervals = (int)fmin(ceil((upper - lower) / step), most - 1);
+    for (int k = 0; k <= intervals; k++) values[k] = intervals ? lower + k * (upper - lower) / intervals : lower;
+    return intervals + 1;
+}
+
+/* Over all banks and deflections; on either side of the rudder's breakpoints, not on them, for drag has kinks there. */
+static gtm_mesh wide_mesh(const gtm_problem *p, const double *lower, const double *upper)
+{
+    const double *scale = p->aircraft->scale;
+    const double aside = 0.05 * scale[RUDDER], step = 0.4 * scale[RUDDER];
+    gtm_mesh m;
+    double border[MOST_PIECES + 1];
+    const int pieces = gtm_pieces(p, lower[RUDDER], upper[RUDDER], MOST_PIECES, border);
+    m.banks = spread(lower[PHI], upper[PHI], 0.3 * scale[PHI], GTM_MOST_BANKS, m.bank);
+    m.rudders = 0;
+    for (int k = 0; k < pieces && m.rudders < GTM_MOST_RUDDERS; k++) {
+        const double inside = fmin(aside, 0.25 * (border[k + 1] - border[k]));
+        m.rudders += spread(border[k] + inside, border[k + 1] - inside, step, GTM_MOST_RUDDERS - m.rudders,
+                            m.rudder + m.rudders);
+    }
+    return m;
+}
+
+/* Near an end. */
+static gtm_mesh close_mesh(const gtm_problem *p, const double *lower, const double *upper, const double *y)
+{
+    const double bank_reach = 0.2 * p->aircraft->scale[PHI], rudder_reach = 0.12 * p->aircraft->scale[RUDDER];
+    gtm_mesh m;
+    m.banks = spread(fmax(lower[PHI], y[PHI] - bank_reach), fmin(upper[PHI], y[PHI] + bank_reach), bank_reach / 4,
+                     GTM_MOST_BANKS, m.bank);
+    m.rudders = spread(fmax(lower[RUDDER], y[RUDDER] - rudder_reach), fmin(upper[RUDDER], y[RUDDER] + rudder_reach),
+                       rudder_reach / 4, GTM_MOST_RUDDERS, m.rudder);
+    return m;
+}
+
+/* From the trims just beyond the best end that exceed the limits least, each inside its piece of the rudder's range;
+   1 when one of them leads to a better end. */
+static int search_beyond(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
+                         const gtm_mesh *mesh, end *best)
+{
+    double held[3 * MOST_BEYOND], start[GTM_MOST_UNKNOWNS], low[GTM_MOST_UNKNOWNS], high[GTM_MOST_UNKNOWNS];
+    double border[MOST_PIECES + 1];
+    const size_t row = sizeof *start * (size_t)p->unknowns;
+    const int pieces = gtm_pieces(p, lower[RUDDER], upper[RUDDER], MOST_PIECES, border);
+    const double speed = best->y[V] + (objective[V] < 0 ? just_beyond : -just_beyond);
+    int improved = 0;
+    if (!(lower[V] <= speed && speed <= upper[V])) return 0;
+    const long n = gtm_look_beyond(p, lower, upper, best->y, speed, mesh, MOST_BEYOND, held);
+    memcpy(low, lower, row);
+    memcpy(high, upper, row);
+    for (long k = 0; k < n; k++) {
+        int piece = 0;
+        while (piece < pieces - 1 && held[3 * k + 2] > border[piece + 1]) piece++;
+        low[RUDDER] = border[piece];
+        high[RUDDER] = border[piece + 1];
+        if (!gtm_find_starts(p, 1, held + 3 * k, start)) continue;
+        const end found = search(p, low, high, objective, 1, start);
+        improved |= improves_on(&found, best);
+        if (is_better(&found, best)) *best = found;
+    }
+    return improved;
+}
+
+/* Whether a few starts will do: a speed is sought, all else follows from it with bank and deflection, and no other
+   control is held in a narrow range, which may leave slits at several speeds. */
+static int is_plain(const gtm_problem *p, const double *lower, const double *upper, const double *objective)
+{
+    static const int other[] = {ELEVATOR, AILERON, THROTTLE};
+    for (int i = 0; i < p->unknowns; i++)
+        if ((objective[i] != 0) != (i == V)) return 0;
+    for (int k = 0; k < (int)(sizeof other / sizeof *other); k++)
+        if (upper[other[k]] - lower[other[k]] < narrow * p->aircraft->scale[other[k]]) return 0;
+    return lower[V] < upper[V] && gtm_can_look_beyond(p) && !p->aircraft->speeds(p).is_steep;
+}
+
+int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
+                 double *violation)
+{
+    double starts[FEW * GTM_MOST_UNKNOWNS];
+    if (!is_plain(p, lower, upper, objective))
+        return gtm_find_end_thoroughly(p, lower, upper, objective, y, violation);
+    end best = search(p, lower, upper, objective, starts_in(p, FEW, lower, upper, starts), starts);
+    if (best.status != GTM_TRIMMED) return gtm_find_end_thoroughly(p, lower, upper, objective, y, violation);
+    const gtm_mesh wide = wide_mesh(p, lower, upper);
+    for (int look = 0; look < LOOKS; look++) {
+        if (search_beyond(p, lower, upper, objective, &wide, &best)) continue;
+        const gtm_mesh close = close_mesh(p, lower, upper, best.y);
+        if (!search_beyond(p, lower, upper, objective, &close, &best)) break;
+    }
+    *violation = best.violation;
+    memcpy(y, best.y, sizeof *y * (size_t)p->unknowns);
     return best.status;
 }

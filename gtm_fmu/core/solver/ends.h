@@ -1,6 +1,8 @@
-/* V_min and V_max of a flight condition under limits. Local optima are many: a range of the rudder is searched in
-   pieces, for optima lie on either side of its breakpoints, and each piece from many starts, first spread over all of
-   it, then about the best point found (another bank or deflection may do better). */
+/* V_min and V_max of a flight condition under limits. Local optima are many. A speed is sought from a few starts; then a
+   grid of trims just beyond the best one shows where a better one may lie, and descents from there find it, until there
+   is none. Other objectives, and limits that leave slits, take many starts: a range of the rudder is searched in pieces,
+   for optima lie on either side of its breakpoints, and each piece from starts spread over all of it, then about the
+   best point found (another bank or deflection may do better). */
 #ifndef GTM_ENDS_H
 #define GTM_ENDS_H
 
@@ -13,5 +15,9 @@ int gtm_pieces(const gtm_problem *p, double lower, double upper, int most, doubl
 /* The point of least objective.y inside the bounds; without one, `violation` says how far away the best is. */
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *best,
                  double *violation);
+
+/* The same from many starts in every piece, which takes longer. */
+int gtm_find_end_thoroughly(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
+                            double *best, double *violation);
 
 #endif
