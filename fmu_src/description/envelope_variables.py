@@ -16,7 +16,9 @@ REVERSED = "The rudder limits are reversed: rudder.lower is above rudder.upper."
 ENVELOPE_FAULTS = ("", "The outputs are not finite.", REVERSED)
 """By fault, as in envelope_model.c."""
 
-MEMORY = 1 + len(CASE) + 1 + len(FAILURE) + 2 * len(TWO_THROTTLE_UNKNOWNS)
+_KNOWN = 5  # GTM_KNOWN of gtm_failure.h
+_CASE = len(CASE) + len(FAILURE)
+MEMORY = 1 + _CASE + 1 + 2 * len(TWO_THROTTLE_UNKNOWNS) + _CASE + 2 + 2 * _KNOWN * len(TWO_THROTTLE_UNKNOWNS)
 """Numbers that envelope_model.c keeps (its ``Place``)."""
 
 USAGE = (

@@ -14,8 +14,16 @@ enum { CASE = sizeof(gtm_failure_case) / sizeof(double), FAILURE = IN(TAS) + 1, 
 typedef char the_speed_is_between[CASE == IN(TAS) ? 1 : -1];
 typedef char inputs_fit[FAILURE + N_FAILURE == N_INPUTS ? 1 : -1];
 
-/* Places in the memory: the inputs last asked for, and the trims at both ends that they gave. */
-typedef enum { IS_FILLED, ASKED, ENDS = ASKED + N_INPUTS, END = ENDS + 2 * GTM_TWO_THROTTLE_NT } Place;
+/* Places in the memory: the inputs last asked for, the trims at both ends that they gave, and what the next ones may be
+   followed from. */
+enum { N_KNOWN = sizeof(gtm_envelope_memory) / sizeof(double) };
+typedef enum {
+    IS_FILLED,
+    ASKED,
+    ENDS = ASKED + N_INPUTS,
+    KNOWN = ENDS + 2 * GTM_TWO_THROTTLE_NT,
+    END = KNOWN + N_KNOWN
+} Place;
 typedef char memory_fits[(int)END == (int)N_MEMORY ? 1 : -1];
 typedef double Trim[GTM_TWO_THROTTLE_NT];
 
@@ -31,7 +39,7 @@ static int find(const double u[], double memory[])
 {
     if (is_known(memory, u)) return 0;
     const int fault = gtm_failure_envelope((const gtm_failure_case *)u, (const gtm_failure *)(u + FAILURE), model_lower,
-                                           model_upper, (Trim *)(memory + ENDS));
+                                           model_upper, (gtm_envelope_memory *)(memory + KNOWN), (Trim *)(memory + ENDS));
     memory[IS_FILLED] = !fault;
     memcpy(memory + ASKED, u, N_INPUTS * sizeof *u);
     return fault;

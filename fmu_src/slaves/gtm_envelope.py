@@ -23,7 +23,7 @@ class GtmEnvelope(EnvelopeSlave):
         constants = self.table["constants"]
         bounds = [(ctypes.c_double * len(constants[end]))(*constants[end]) for end in ("lower", "upper")]
         self.ends = (ctypes.c_double * (2 * len(TWO_THROTTLE_UNKNOWNS)))()
-        self.arguments = (self.inputs, failure, *bounds, self.ends)
+        self.arguments = (self.inputs, failure, *bounds, None, self.ends)
 
     def find(self, case: list[float]) -> Found | str:
         """Both ends; none without a trim inside the limits."""

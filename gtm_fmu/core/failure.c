@@ -6,6 +6,8 @@
 #include "generated/unknowns.h"
 #include "gtm/configured_table.h"
 #include "gtm_sections.h"
+#include "gtm_t2.h"
+#include "solver/ends.h"
 
 /* What a value that came through other units may be off by, relative to its range. */
 static const double rounding = 1e-9;
@@ -127,22 +129,84 @@ int gtm_take_case(const gtm_failure_case *at, const gtm_failure *f, const double
     return left->lower[RUDDER] > left->upper[RUDDER] ? GTM_NO_RUDDER : GTM_LEFT;
 }
 
+typedef char known_ends_fit[(int)GTM_KNOWN == (int)GTM_MOST_KNOWN ? 1 : -1];
+
+/* How far the numbers of a question may move before the ends are sought anew: so far no end was found to arise that is
+   better by more than 0.01 kn. Damage and switches may not move. */
+static const gtm_failure_case case_reach = {.altitude = 200, .gamma = 0.0035, .rudder = {0.5, 0.5}};
+static const gtm_failure failure_reach = {
+    .limits = {{0.3, 0.3}, {0.5, 0.5}, {0.5, 0.5}, {2, 2}},
+    .engine_limits = {{2, 2}, {2, 2}},
+    .alpha = {0.0035, 0.0035}, .bank = {0.0175, 0.0175},
+    .stabilizer = 0.1, .flaps = 0.5, .spoilers = 0.5, .gear = 0.05, .fuel_used = 0.2,
+};
+
+static int is_within(const void *one, const void *other, const void *reach, size_t size)
+{
+    const double *a = one, *b = other, *far = reach;
+    for (size_t k = 0; k < size / sizeof(double); k++)
+        if (!(fabs(a[k] - b[k]) <= far[k])) return 0;
+    return 1;
+}
+
+static int is_near(const gtm_envelope_memory *m, const gtm_failure_case *at, const gtm_failure *f)
+{
+    return m->count[0] > 0 && m->count[1] > 0 && is_within(&m->at, at, &case_reach, sizeof *at) &&
+           is_within(&m->failure, f, &failure_reach, sizeof *f);
+}
+
+static void recall(const gtm_envelope_memory *m, gtm_known_ends known[2])
+{
+    for (int k = 0; k < 2; k++) {
+        known[k].count = (int)fmin(fmax(m->count[k], 0), GTM_KNOWN);
+        memcpy(known[k].y, m->y[k], sizeof m->y[k]);
+    }
+}
+
+static void retain(const gtm_known_ends known[2], gtm_envelope_memory *m)
+{
+    for (int k = 0; k < 2; k++) {
+        m->count[k] = known[k].count;
+        memcpy(m->y[k], known[k].y, sizeof m->y[k]);
+    }
+}
+
+/* V_min and V_max, followed from known ends or sought; 0 when both are found. */
+static int find_ends(const gtm_problem *p, const gtm_bounds *b, int is_followed, gtm_known_ends known[2],
+                     double end[2][GTM_TWO_THROTTLE_NT])
+{
+    for (int k = 0; k < 2; k++) {
+        double objective[GTM_TWO_THROTTLE_NT] = {0}, violation;
+        objective[V] = k ? -1 : 1;
+        const int status =
+            is_followed ? gtm_follow_end(p, b->lower, b->upper, objective, known + k, end[k], &violation)
+                        : gtm_find_end(p, b->lower, b->upper, objective, end[k], &violation, known + k);
+        if (status != GTM_TRIMMED) return 1;
+    }
+    return 0;
+}
+
 int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
-                         const double upper[GTM_NT], double end[2][GTM_TWO_THROTTLE_NT])
+                         const double upper[GTM_NT], gtm_envelope_memory *memory, double end[2][GTM_TWO_THROTTLE_NT])
 {
     gtm_remainder left;
     const int fault = gtm_take_case(at, f, lower, upper, &left);
     if (fault) return fault;
+    gtm_flight flight = gtm_flight_at(gtm_airframe_left(&left), left.throttles, at->altitude, at->gamma);
+    const gtm_bounds b = gtm_bounds_of(&flight, left.lower, left.upper);
+    gtm_known_ends known[2] = {{0}};
+    int is_missing = 1;
     memset(end, 0, 2 * sizeof *end);
-    for (int k = 0; k < 2; k++) {
-        double objective[GTM_TWO_THROTTLE_NT] = {0}, violation;
-        objective[V] = k ? -1 : 1;
-        const int status = gtm_envelope_end(gtm_airframe_left(&left), left.throttles, at->altitude, at->gamma, left.lower,
-                                            left.upper, objective, end[k], &violation);
-        if (status == GTM_TRIMMED) continue;
-        memset(end, 0, 2 * sizeof *end);
-        break;
+    if (memory && is_near(memory, at, f)) {
+        recall(memory, known);
+        is_missing = find_ends(&flight.problem, &b, 1, known, end);
     }
+    if (is_missing) {
+        is_missing = find_ends(&flight.problem, &b, 0, known, end);
+        if (memory) *memory = (gtm_envelope_memory){.at = *at, .failure = *f};
+    }
+    if (is_missing) memset(end, 0, 2 * sizeof *end);
+    else if (memory) retain(known, memory);
     return GTM_LEFT;
 }
 

@@ -55,9 +55,20 @@ typedef struct {
     double altitude, gamma, rudder[2];      /* ft, rad, deg */
 } gtm_failure_case;
 
-/* The trims at V_min and V_max, all zero where there is no envelope; an enum gtm_failure_fault. */
+/* What the next envelope may be followed from; all zero at first. The numbers of the question that the ends were sought
+   for, and for V_min and V_max the ends that were found, moved on since. Doubles all, and finite, to be kept as such. */
+enum { GTM_KNOWN = 5 };
+typedef struct {
+    gtm_failure_case at;
+    gtm_failure failure;
+    double count[2], y[2][GTM_KNOWN][GTM_TWO_THROTTLE_NT]; /* no ends: nothing is known */
+} gtm_envelope_memory;
+
+/* The trims at V_min and V_max, all zero where there is no envelope; an enum gtm_failure_fault. With a `memory`, which may
+   be 0, the ends are followed from those known as long as the question differs little from that they were sought for. */
 GTM_API int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],
-                                 const double upper[GTM_NT], double end[2][GTM_TWO_THROTTLE_NT]);
+                                 const double upper[GTM_NT], gtm_envelope_memory *memory,
+                                 double end[2][GTM_TWO_THROTTLE_NT]);
 
 /* Slopes of V_min and V_max with respect to the numbers of the question, at the trims above: V_min's, then V_max's. */
 GTM_API int gtm_failure_envelope_slopes(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],

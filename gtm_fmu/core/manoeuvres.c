@@ -45,7 +45,7 @@ int gtm_envelope_end(const gtm_configuration *c, enum gtm_throttles throttles, d
 {
     gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
     const gtm_bounds b = gtm_bounds_of(&flight, lower, upper);
-    return gtm_find_end(&flight.problem, b.lower, b.upper, objective, best, violation);
+    return gtm_find_end(&flight.problem, b.lower, b.upper, objective, best, violation, 0);
 }
 
 int gtm_thorough_end(const gtm_configuration *c, enum gtm_throttles throttles, double altitude, double gamma,
@@ -53,7 +53,7 @@ int gtm_thorough_end(const gtm_configuration *c, enum gtm_throttles throttles, d
 {
     gtm_flight flight = gtm_flight_at(c, throttles, altitude, gamma);
     const gtm_bounds b = gtm_bounds_of(&flight, lower, upper);
-    return gtm_find_end_thoroughly(&flight.problem, b.lower, b.upper, objective, best, violation);
+    return gtm_find_end_thoroughly(&flight.problem, b.lower, b.upper, objective, best, violation, 0);
 }
 
 int gtm_rudder_pieces(double lower, double upper, int most, double *border)

@@ -6,16 +6,18 @@
 #include "solver/step.h"
 
 static const double tolerated = 1e-7; /* violation that the rounding of a descent leaves */
-static const double first_radius = 0.5, largest_radius = 4;
+static const double largest_radius = 4;
 enum { MOST_STEPS = 100 };
 
-/* When to stop: the promise and the radius, in scaled units, and the largest |F| of a point on the manifold. Every
-   start is followed roughly, the best to the end. */
+/* When to stop: the promise and the radius, in scaled units, and the largest |F| of a point on the manifold; and the
+   radius to begin with. Every start is followed roughly, the best to the end; an optimum that has moved a little by small
+   steps, which do not lead to another one. */
 typedef struct {
-    double promise, radius, residual;
+    double promise, radius, residual, first_radius;
 } precision;
 
-static const precision rough = {3e-5, 1e-3, 1e-7}, fine = {1e-9, 1e-8, 1e-11};
+static const precision rough = {3e-5, 1e-3, 1e-7, 0.5}, fine = {1e-9, 1e-8, 1e-11, 0.5};
+static const precision close_by = {1e-9, 1e-8, 1e-11, 0.03};
 
 /* Where a descent is, with the Jacobian there. */
 typedef struct {
@@ -136,7 +138,7 @@ static double descend(gtm_search *s, precision enough, double *y)
     memcpy(at->y, y, row);
     if (take_hold(s, enough.residual, at)) return INFINITY;
     price(s, at);
-    double radius = first_radius;
+    double radius = enough.first_radius;
     for (int k = 0; k < MOST_STEPS && radius > enough.radius; k++) {
         double gained = -1, longest = 0;
         const gtm_cell *c = in_cells ? &here : &open;
@@ -213,17 +215,35 @@ static void exceed_least(gtm_search *s, optimum *o)
     if (is_better(&nearest, o)) *o = nearest;
 }
 
+/* The objective in scaled unknowns, the largest of its slopes 1. */
+static void scale_objective(const gtm_problem *p, const double *objective, double *scaled)
+{
+    double largest = 0;
+    for (int i = 0; i < p->unknowns; i++) largest = fmax(largest, fabs(objective[i]) * p->aircraft->scale[i]);
+    for (int i = 0; i < p->unknowns; i++) scaled[i] = objective[i] * p->aircraft->scale[i] / largest;
+}
+
+int gtm_move_extreme(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
+                     double *violation)
+{
+    double scaled[GTM_MOST_UNKNOWNS];
+    gtm_search s = {p, lower, upper, scaled, {0}};
+    scale_objective(p, objective, scaled);
+    *violation = descend(&s, close_by, y);
+    if (!isfinite(*violation)) return GTM_NO_TRIM;
+    return *violation <= tolerated ? GTM_TRIMMED : GTM_OUTSIDE;
+}
+
 int gtm_find_extreme(const gtm_problem *p, const double *lower, const double *upper, const double *objective, long n,
                      const double *starts, double *best, double *violation)
 {
     enum { MOST_KEPT = 6 };
-    double scaled[GTM_MOST_UNKNOWNS], largest = 0;
+    double scaled[GTM_MOST_UNKNOWNS];
     gtm_search s = {p, lower, upper, scaled, {0}};
     optimum kept[MOST_KEPT], polished;
     const size_t row = (size_t)p->unknowns * sizeof *best;
     int count = 0, found = 0;
-    for (int i = 0; i < p->unknowns; i++) largest = fmax(largest, fabs(objective[i]) * p->aircraft->scale[i]);
-    for (int i = 0; i < p->unknowns; i++) scaled[i] = objective[i] * p->aircraft->scale[i] / largest;
+    scale_objective(p, objective, scaled);
     for (long k = 0; k < n; k++) {
         optimum o = {{0}, 0, 0};
         memcpy(o.y, starts + k * p->unknowns, row);

@@ -92,13 +92,19 @@ typedef struct {
 
 static const end nothing = {GTM_NO_TRIM, {0}, INFINITY, INFINITY};
 
+static double value_of(const gtm_problem *p, const double *objective, const double *y)
+{
+    double value = 0;
+    for (int i = 0; i < p->unknowns; i++) value += objective[i] * y[i];
+    return value;
+}
+
 static end search(const gtm_problem *p, const double *lower, const double *upper, const double *objective, long n,
                   const double *starts)
 {
     end e = nothing;
     e.status = gtm_find_extreme(p, lower, upper, objective, n, starts, e.y, &e.violation);
-    e.value = 0;
-    for (int i = 0; i < p->unknowns; i++) e.value += objective[i] * e.y[i];
+    e.value = value_of(p, objective, e.y);
     return e;
 }
 
@@ -107,6 +113,44 @@ static int is_better(const end *a, const end *b)
     if (a->status != b->status) return a->status < b->status;
     if (a->status == GTM_TRIMMED) return a->value < b->value;
     return a->violation < b->violation;
+}
+
+/* The ends that are found in a search, and the best of them. */
+typedef struct {
+    end best;
+    int count;
+    end different[GTM_MOST_KNOWN]; /* inside the bounds, best first */
+} finds;
+
+static int same_place(const gtm_problem *p, const end *a, const end *b)
+{
+    for (int i = 0; i < p->unknowns; i++)
+        if (fabs(a->y[i] - b->y[i]) > 1e-2 * p->aircraft->scale[i]) return 0;
+    return 1;
+}
+
+static void take(const gtm_problem *p, const end *found, finds *f)
+{
+    if (is_better(found, &f->best)) f->best = *found;
+    if (found->status != GTM_TRIMMED) return;
+    for (int k = 0; k < f->count; k++)
+        if (same_place(p, f->different + k, found)) return;
+    int rank = f->count;
+    while (rank > 0 && is_better(found, f->different + rank - 1)) rank--;
+    if (rank == GTM_MOST_KNOWN) return;
+    if (f->count < GTM_MOST_KNOWN) f->count++;
+    memmove(f->different + rank + 1, f->different + rank, sizeof *found * (size_t)(f->count - 1 - rank));
+    f->different[rank] = *found;
+}
+
+static int hand_over(const gtm_problem *p, const finds *f, double *y, double *violation, gtm_known_ends *known)
+{
+    const size_t row = sizeof *y * (size_t)p->unknowns;
+    *violation = f->best.violation;
+    if (f->best.status != GTM_NO_TRIM) memcpy(y, f->best.y, row);
+    if (known) known->count = f->count;
+    for (int k = 0; known && k < f->count; k++) memcpy(known->y[k], f->different[k].y, row);
+    return f->best.status;
 }
 
 /* The same over all that the bounds leave. */
@@ -120,7 +164,7 @@ static long starts_in(const gtm_problem *p, int n, const double *lower, const do
 }
 
 /* The end over one piece of the rudder's range. */
-static end search_piece(const gtm_problem *p, const double *lower, const double *upper, const double *objective)
+static void search_piece(const gtm_problem *p, const double *lower, const double *upper, const double *objective, finds *f)
 {
     double starts[3 * (MOST_SPREAD > MOST_NEAR ? MOST_SPREAD : MOST_NEAR) * GTM_MOST_UNKNOWNS];
     const gtm_speeds speeds = p->aircraft->speeds(p);
@@ -128,36 +172,34 @@ static end search_piece(const gtm_problem *p, const double *lower, const double 
     const int count = starts_of[is_free] * (speeds.is_steep && lower[V] < upper[V] ? of_steep : 1);
     long n = starts_in(p, count, lower, upper, starts);
     end best = search(p, lower, upper, objective, n, starts);
+    take(p, &best, f);
     for (int round = 0, improves = 1; improves && round < NEAR_ROUNDS && best.status != GTM_NO_TRIM; round++) {
         n = starts_near(p, best.y, lower, upper, objective, starts);
         n = with_thrust_apart(p, n, starts);
         const end before = best, found = search(p, lower, upper, objective, n, starts);
+        take(p, &found, f);
         if (is_better(&found, &best)) best = found;
         improves = best.status != before.status || fabs(best.value - before.value) > 1e-6 * fabs(before.value);
     }
-    return best;
 }
 
 /* ---- Every piece from many starts ---- */
 
 int gtm_find_end_thoroughly(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
-                            double *y, double *violation)
+                            double *y, double *violation, gtm_known_ends *known)
 {
     double low[GTM_MOST_UNKNOWNS], high[GTM_MOST_UNKNOWNS], border[MOST_PIECES + 1];
     const size_t row = sizeof *y * (size_t)p->unknowns;
     const int pieces = gtm_pieces(p, lower[RUDDER], upper[RUDDER], MOST_PIECES, border);
-    end best = nothing;
+    finds f = {.best = nothing};
     memcpy(low, lower, row);
     memcpy(high, upper, row);
     for (int k = 0; k < pieces; k++) {
         low[RUDDER] = border[k];
         high[RUDDER] = border[k + 1];
-        const end found = search_piece(p, low, high, objective);
-        if (is_better(&found, &best)) best = found;
+        search_piece(p, low, high, objective, &f);
     }
-    *violation = best.violation;
-    if (best.status != GTM_NO_TRIM) memcpy(y, best.y, row);
-    return best.status;
+    return hand_over(p, &f, y, violation, known);
 }
 
 /* ---- From a few starts, then beyond the end found ---- */
@@ -213,16 +255,16 @@ static gtm_mesh close_mesh(const gtm_problem *p, const double *lower, const doub
 /* From the trims just beyond the best end that exceed the limits least, each inside its piece of the rudder's range;
    1 when one of them leads to a better end. */
 static int search_beyond(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
-                         const gtm_mesh *mesh, end *best)
+                         const gtm_mesh *mesh, finds *f)
 {
     double held[3 * MOST_BEYOND], start[GTM_MOST_UNKNOWNS], low[GTM_MOST_UNKNOWNS], high[GTM_MOST_UNKNOWNS];
     double border[MOST_PIECES + 1];
     const size_t row = sizeof *start * (size_t)p->unknowns;
     const int pieces = gtm_pieces(p, lower[RUDDER], upper[RUDDER], MOST_PIECES, border);
-    const double speed = best->y[V] + (objective[V] < 0 ? just_beyond : -just_beyond);
-    int improved = 0;
+    const end before = f->best;
+    const double speed = before.y[V] + (objective[V] < 0 ? just_beyond : -just_beyond);
     if (!(lower[V] <= speed && speed <= upper[V])) return 0;
-    const long n = gtm_look_beyond(p, lower, upper, best->y, speed, mesh, MOST_BEYOND, held);
+    const long n = gtm_look_beyond(p, lower, upper, before.y, speed, mesh, MOST_BEYOND, held);
     memcpy(low, lower, row);
     memcpy(high, upper, row);
     for (long k = 0; k < n; k++) {
@@ -232,10 +274,9 @@ static int search_beyond(const gtm_problem *p, const double *lower, const double
         high[RUDDER] = border[piece + 1];
         if (!gtm_find_starts(p, 1, held + 3 * k, start)) continue;
         const end found = search(p, low, high, objective, 1, start);
-        improved |= improves_on(&found, best);
-        if (is_better(&found, best)) *best = found;
+        take(p, &found, f);
     }
-    return improved;
+    return improves_on(&f->best, &before);
 }
 
 /* Whether a few starts will do: a speed is sought, all else follows from it with bank and deflection, and no other
@@ -251,20 +292,38 @@ static int is_plain(const gtm_problem *p, const double *lower, const double *upp
 }
 
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
-                 double *violation)
+                 double *violation, gtm_known_ends *known)
 {
     double starts[FEW * GTM_MOST_UNKNOWNS];
+    finds f = {.best = nothing};
     if (!is_plain(p, lower, upper, objective))
-        return gtm_find_end_thoroughly(p, lower, upper, objective, y, violation);
-    end best = search(p, lower, upper, objective, starts_in(p, FEW, lower, upper, starts), starts);
-    if (best.status != GTM_TRIMMED) return gtm_find_end_thoroughly(p, lower, upper, objective, y, violation);
+        return gtm_find_end_thoroughly(p, lower, upper, objective, y, violation, known);
+    const end first = search(p, lower, upper, objective, starts_in(p, FEW, lower, upper, starts), starts);
+    take(p, &first, &f);
+    if (f.best.status != GTM_TRIMMED)
+        return gtm_find_end_thoroughly(p, lower, upper, objective, y, violation, known);
     const gtm_mesh wide = wide_mesh(p, lower, upper);
     for (int look = 0; look < LOOKS; look++) {
-        if (search_beyond(p, lower, upper, objective, &wide, &best)) continue;
-        const gtm_mesh close = close_mesh(p, lower, upper, best.y);
-        if (!search_beyond(p, lower, upper, objective, &close, &best)) break;
+        if (search_beyond(p, lower, upper, objective, &wide, &f)) continue;
+        const gtm_mesh close = close_mesh(p, lower, upper, f.best.y);
+        if (!search_beyond(p, lower, upper, objective, &close, &f)) break;
     }
-    *violation = best.violation;
-    memcpy(y, best.y, sizeof *y * (size_t)p->unknowns);
-    return best.status;
+    return hand_over(p, &f, y, violation, known);
+}
+
+/* ---- From known ends ---- */
+
+int gtm_follow_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
+                   gtm_known_ends *known, double *y, double *violation)
+{
+    finds f = {.best = nothing};
+    for (int k = 0; k < known->count; k++) {
+        end moved = nothing;
+        memcpy(moved.y, known->y[k], sizeof *y * (size_t)p->unknowns);
+        moved.status = gtm_move_extreme(p, lower, upper, objective, moved.y, &moved.violation);
+        moved.value = value_of(p, objective, moved.y);
+        take(p, &moved, &f);
+        if (moved.status == GTM_TRIMMED) memcpy(known->y[k], moved.y, sizeof *y * (size_t)p->unknowns);
+    }
+    return hand_over(p, &f, y, violation, 0);
 }

@@ -12,12 +12,25 @@
    Returns their number, at most `most`: then the last one reaches to the end. */
 int gtm_pieces(const gtm_problem *p, double lower, double upper, int most, double *border);
 
-/* The point of least objective.y inside the bounds; without one, `violation` says how far away the best is. */
+/* Local optima that a search found, best first: when conditions move, any of them may become the best. */
+enum { GTM_MOST_KNOWN = 5 };
+typedef struct {
+    int count;
+    double y[GTM_MOST_KNOWN][GTM_MOST_UNKNOWNS];
+} gtm_known_ends;
+
+/* The point of least objective.y inside the bounds; without one, `violation` says how far away the best is. `known` is
+   left for gtm_follow_end; it may be 0. */
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *best,
-                 double *violation);
+                 double *violation, gtm_known_ends *known);
+
+/* The same from the ends of a problem that differs little, which are moved on; none when all that is known leads outside
+   the bounds. */
+int gtm_follow_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
+                   gtm_known_ends *known, double *best, double *violation);
 
 /* The same from many starts in every piece, which takes longer. */
 int gtm_find_end_thoroughly(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
-                            double *best, double *violation);
+                            double *best, double *violation, gtm_known_ends *known);
 
 #endif

@@ -183,7 +183,7 @@ int toy_trim(const double *lower, const double *upper, double *y, double *residu
 
 int toy_end(const double *lower, const double *upper, const double *objective, double *best, double *violation)
 {
-    return gtm_find_end(&problem, lower, upper, objective, best, violation);
+    return gtm_find_end(&problem, lower, upper, objective, best, violation, 0);
 }
 
 int toy_pieces(double lower, double upper, int most, double *border)
