@@ -16,10 +16,8 @@ REVERSED = "The rudder limits are reversed: rudder.lower is above rudder.upper."
 ENVELOPE_FAULTS = ("", "The outputs are not finite.", REVERSED)
 """By fault, as in envelope_model.c."""
 
-_KNOWN = 5  # GTM_KNOWN of gtm_failure.h
-_CASE = len(CASE) + len(FAILURE)
-MEMORY = 1 + _CASE + 1 + 2 * len(TWO_THROTTLE_UNKNOWNS) + _CASE + 2 + 2 * _KNOWN * len(TWO_THROTTLE_UNKNOWNS)
-"""Numbers that envelope_model.c keeps (its ``Place``)."""
+MEMORY = 1 + len(CASE) + 1 + len(FAILURE) + 2 * len(TWO_THROTTLE_UNKNOWNS)
+"""Numbers that envelope_model.c keeps (its ``Place``) before those of the core's memory."""
 
 USAGE = (
     "V_min and V_max are the slowest and fastest true airspeed of a steady turn or straight flight at this altitude "

@@ -31,6 +31,7 @@ from fmu_src.packing.archive import content_id
 from fmu_src.packing.compiler import Platform, all_binaries, host_binary
 from fmu_src.packing.native_sources import header_licence, source_files, standard_headers, variable_table, with_prefix
 from fmu_src.slaves.gtm_aircraft import ALL_FAULTS
+from gtm_fmu.core import followed
 from gtm_fmu.core.simulation import memory_size
 from gtm_fmu.core.sources import DYNAMICS, THRUST_MAP, WHOLE
 from gtm_fmu.errors import InputError
@@ -175,7 +176,7 @@ def envelope_contents(fmi: int, networks: Sequence[Path]) -> NativeContents:
         native=("envelope_model.c", "stateless.c"),
         core=WHOLE,
         later=("failure",),
-        memory=MEMORY,
+        memory=MEMORY + followed.memory_size(),
         usage=(SLOPES_USAGE,),
         has_partial_derivatives=True,
     )

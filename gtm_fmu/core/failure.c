@@ -129,16 +129,16 @@ int gtm_take_case(const gtm_failure_case *at, const gtm_failure *f, const double
     return left->lower[RUDDER] > left->upper[RUDDER] ? GTM_NO_RUDDER : GTM_LEFT;
 }
 
-typedef char known_ends_fit[(int)GTM_KNOWN == (int)GTM_MOST_KNOWN ? 1 : -1];
+typedef char known_ends_fit[sizeof((gtm_known_ends *)0)->y == sizeof *((gtm_envelope_memory *)0)->y ? 1 : -1];
 
-/* How far the numbers of a question may move before the ends are sought anew: so far no end was found to arise that is
-   better by more than 0.01 kn. Damage and switches may not move. */
-static const gtm_failure_case case_reach = {.altitude = 200, .gamma = 0.0035, .rudder = {0.5, 0.5}};
+/* How far the numbers of a question may move before the ends are sought anew, for a better end may arise that was none
+   before (benchmarks/follow.py: how often, and by how much). Damage and switches may not move. */
+static const gtm_failure_case case_reach = {.altitude = 120, .gamma = 0.002, .rudder = {0.3, 0.3}};
 static const gtm_failure failure_reach = {
-    .limits = {{0.3, 0.3}, {0.5, 0.5}, {0.5, 0.5}, {2, 2}},
-    .engine_limits = {{2, 2}, {2, 2}},
-    .alpha = {0.0035, 0.0035}, .bank = {0.0175, 0.0175},
-    .stabilizer = 0.1, .flaps = 0.5, .spoilers = 0.5, .gear = 0.05, .fuel_used = 0.2,
+    .limits = {{0.2, 0.2}, {0.3, 0.3}, {0.3, 0.3}, {1, 1}},
+    .engine_limits = {{1, 1}, {1, 1}},
+    .alpha = {0.002, 0.002}, .bank = {0.01, 0.01},
+    .stabilizer = 0.05, .flaps = 0.3, .spoilers = 0.3, .gear = 0.03, .fuel_used = 0.1,
 };
 
 static int is_within(const void *one, const void *other, const void *reach, size_t size)
@@ -151,14 +151,15 @@ static int is_within(const void *one, const void *other, const void *reach, size
 
 static int is_near(const gtm_envelope_memory *m, const gtm_failure_case *at, const gtm_failure *f)
 {
-    return m->count[0] > 0 && m->count[1] > 0 && is_within(&m->at, at, &case_reach, sizeof *at) &&
+    return m->inside[0] > 0 && m->inside[1] > 0 && is_within(&m->at, at, &case_reach, sizeof *at) &&
            is_within(&m->failure, f, &failure_reach, sizeof *f);
 }
 
 static void recall(const gtm_envelope_memory *m, gtm_known_ends known[2])
 {
     for (int k = 0; k < 2; k++) {
-        known[k].count = (int)fmin(fmax(m->count[k], 0), GTM_KNOWN);
+        known[k].inside = (int)fmin(fmax(m->inside[k], 0), GTM_MOST_KNOWN);
+        known[k].outside = (int)fmin(fmax(m->outside[k], 0), GTM_MOST_OUTSIDE);
         memcpy(known[k].y, m->y[k], sizeof m->y[k]);
     }
 }
@@ -166,7 +167,8 @@ static void recall(const gtm_envelope_memory *m, gtm_known_ends known[2])
 static void retain(const gtm_known_ends known[2], gtm_envelope_memory *m)
 {
     for (int k = 0; k < 2; k++) {
-        m->count[k] = known[k].count;
+        m->inside[k] = known[k].inside;
+        m->outside[k] = known[k].outside;
         memcpy(m->y[k], known[k].y, sizeof m->y[k]);
     }
 }
@@ -184,6 +186,11 @@ static int find_ends(const gtm_problem *p, const gtm_bounds *b, int is_followed,
         if (status != GTM_TRIMMED) return 1;
     }
     return 0;
+}
+
+long gtm_envelope_memory_size(void)
+{
+    return sizeof(gtm_envelope_memory) / sizeof(double);
 }
 
 int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const double lower[GTM_NT],

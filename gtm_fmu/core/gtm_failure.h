@@ -57,12 +57,15 @@ typedef struct {
 
 /* What the next envelope may be followed from; all zero at first. The numbers of the question that the ends were sought
    for, and for V_min and V_max the ends that were found, moved on since. Doubles all, and finite, to be kept as such. */
-enum { GTM_KNOWN = 5 };
+enum { GTM_KNOWN = 8 };
 typedef struct {
     gtm_failure_case at;
     gtm_failure failure;
-    double count[2], y[2][GTM_KNOWN][GTM_TWO_THROTTLE_NT]; /* no ends: nothing is known */
+    double inside[2], outside[2];       /* how many of the ends keep the limits, and how many nearly; at first none */
+    double y[2][GTM_KNOWN][GTM_TWO_THROTTLE_NT];
 } gtm_envelope_memory;
+
+GTM_API long gtm_envelope_memory_size(void); /* in doubles */
 
 /* The trims at V_min and V_max, all zero where there is no envelope; an enum gtm_failure_fault. With a `memory`, which may
    be 0, the ends are followed from those known as long as the question differs little from that they were sought for. */

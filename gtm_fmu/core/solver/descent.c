@@ -6,18 +6,15 @@
 #include "solver/step.h"
 
 static const double tolerated = 1e-7; /* violation that the rounding of a descent leaves */
-static const double largest_radius = 4;
 enum { MOST_STEPS = 100 };
 
 /* When to stop: the promise and the radius, in scaled units, and the largest |F| of a point on the manifold; and the
-   radius to begin with. Every start is followed roughly, the best to the end; an optimum that has moved a little by small
-   steps, which do not lead to another one. */
+   first and the largest radius of a step. Every start is followed roughly, the best to the end. */
 typedef struct {
-    double promise, radius, residual, first_radius;
+    double promise, radius, residual, first_radius, largest_radius;
 } precision;
 
-static const precision rough = {3e-5, 1e-3, 1e-7, 0.5}, fine = {1e-9, 1e-8, 1e-11, 0.5};
-static const precision close_by = {1e-9, 1e-8, 1e-11, 0.03};
+static const precision rough = {3e-5, 1e-3, 1e-7, 0.5, 4}, fine = {1e-9, 1e-8, 1e-11, 0.5, 4};
 
 /* Where a descent is, with the Jacobian there. */
 typedef struct {
@@ -119,10 +116,10 @@ static double try_along_bounds(const gtm_search *s, const gtm_cell *c, const pro
 /* Shares of a promise: a step is taken, the tangent space of one cell will not do, the trust region is too small. */
 static const double least_gain = 0.05, poor_gain = 0.25, good_gain = 0.7;
 
-static double next_radius(double radius, double gained, double longest)
+static double next_radius(double radius, double gained, double longest, double largest)
 {
     if (gained < poor_gain) return 0.3 * fmin(radius, longest);
-    if (gained > good_gain && longest > 0.9 * radius) return fmin(2 * radius, largest_radius);
+    if (gained > good_gain && longest > 0.9 * radius) return fmin(2 * radius, largest);
     return radius;
 }
 
@@ -158,7 +155,7 @@ static double descend(gtm_search *s, precision enough, double *y)
             in_cells = 1;
             here = gtm_cell_at(s->problem, at->y, s->upper);
         } else {
-            radius = next_radius(radius, gained, longest);
+            radius = next_radius(radius, gained, longest, enough.largest_radius);
         }
     }
     memcpy(y, at->y, row);
@@ -223,13 +220,14 @@ static void scale_objective(const gtm_problem *p, const double *objective, doubl
     for (int i = 0; i < p->unknowns; i++) scaled[i] = objective[i] * p->aircraft->scale[i] / largest;
 }
 
-int gtm_move_extreme(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
-                     double *violation)
+int gtm_move_extreme(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double stride,
+                     double *y, double *violation)
 {
     double scaled[GTM_MOST_UNKNOWNS];
     gtm_search s = {p, lower, upper, scaled, {0}};
+    const precision enough = {fine.promise, fine.radius, fine.residual, stride, 2 * stride};
     scale_objective(p, objective, scaled);
-    *violation = descend(&s, close_by, y);
+    *violation = descend(&s, enough, y);
     if (!isfinite(*violation)) return GTM_NO_TRIM;
     return *violation <= tolerated ? GTM_TRIMMED : GTM_OUTSIDE;
 }

@@ -19,8 +19,8 @@
 int gtm_find_extreme(const gtm_problem *p, const double *lower, const double *upper, const double *objective, long n,
                      const double *starts, double *best, double *violation);
 
-/* The same by small steps from an extreme y of a problem that differs little. */
-int gtm_move_extreme(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
-                     double *violation);
+/* The optimum next to y, by steps of about `stride` scale units, which is left in y. */
+int gtm_move_extreme(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double stride,
+                     double *y, double *violation);
 
 #endif

@@ -108,6 +108,17 @@ static end search(const gtm_problem *p, const double *lower, const double *upper
     return e;
 }
 
+/* By small steps, which lead to the local optimum next to the start. */
+static end move(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double stride,
+                const double *start)
+{
+    end e = nothing;
+    memcpy(e.y, start, sizeof *start * (size_t)p->unknowns);
+    e.status = gtm_move_extreme(p, lower, upper, objective, stride, e.y, &e.violation);
+    e.value = value_of(p, objective, e.y);
+    return e;
+}
+
 static int is_better(const end *a, const end *b)
 {
     if (a->status != b->status) return a->status < b->status;
@@ -118,8 +129,8 @@ static int is_better(const end *a, const end *b)
 /* The ends that are found in a search, and the best of them. */
 typedef struct {
     end best;
-    int count;
-    end different[GTM_MOST_KNOWN]; /* inside the bounds, best first */
+    int inside, outside;
+    end of_inside[GTM_MOST_KNOWN], of_outside[GTM_MOST_OUTSIDE]; /* in different places, best first */
 } finds;
 
 static int same_place(const gtm_problem *p, const end *a, const end *b)
@@ -129,18 +140,26 @@ static int same_place(const gtm_problem *p, const end *a, const end *b)
     return 1;
 }
 
+/* Put an end where it ranks, unless one in the same place is there. */
+static void insert(const gtm_problem *p, const end *found, int most, int *count, end *ranked)
+{
+    for (int k = 0; k < *count; k++)
+        if (same_place(p, ranked + k, found)) return;
+    int rank = *count;
+    while (rank > 0 && is_better(found, ranked + rank - 1)) rank--;
+    if (rank == most) return;
+    if (*count < most) ++*count;
+    memmove(ranked + rank + 1, ranked + rank, sizeof *found * (size_t)(*count - 1 - rank));
+    ranked[rank] = *found;
+}
+
 static void take(const gtm_problem *p, const end *found, finds *f)
 {
+    static const double far = 0.5; /* outside, in scale units */
     if (is_better(found, &f->best)) f->best = *found;
-    if (found->status != GTM_TRIMMED) return;
-    for (int k = 0; k < f->count; k++)
-        if (same_place(p, f->different + k, found)) return;
-    int rank = f->count;
-    while (rank > 0 && is_better(found, f->different + rank - 1)) rank--;
-    if (rank == GTM_MOST_KNOWN) return;
-    if (f->count < GTM_MOST_KNOWN) f->count++;
-    memmove(f->different + rank + 1, f->different + rank, sizeof *found * (size_t)(f->count - 1 - rank));
-    f->different[rank] = *found;
+    if (found->status == GTM_TRIMMED) insert(p, found, GTM_MOST_KNOWN, &f->inside, f->of_inside);
+    if (found->status == GTM_OUTSIDE && found->violation < far)
+        insert(p, found, GTM_MOST_OUTSIDE, &f->outside, f->of_outside);
 }
 
 static int hand_over(const gtm_problem *p, const finds *f, double *y, double *violation, gtm_known_ends *known)
@@ -148,8 +167,11 @@ static int hand_over(const gtm_problem *p, const finds *f, double *y, double *vi
     const size_t row = sizeof *y * (size_t)p->unknowns;
     *violation = f->best.violation;
     if (f->best.status != GTM_NO_TRIM) memcpy(y, f->best.y, row);
-    if (known) known->count = f->count;
-    for (int k = 0; known && k < f->count; k++) memcpy(known->y[k], f->different[k].y, row);
+    if (!known) return f->best.status;
+    known->inside = f->inside;
+    known->outside = f->outside;
+    for (int k = 0; k < f->inside; k++) memcpy(known->y[k], f->of_inside[k].y, row);
+    for (int k = 0; k < f->outside; k++) memcpy(known->y[f->inside + k], f->of_outside[k].y, row);
     return f->best.status;
 }
 
@@ -206,6 +228,7 @@ int gtm_find_end_thoroughly(const gtm_problem *p, const double *lower, const dou
 
 enum { FEW = 8, MOST_BEYOND = 12, LOOKS = 8 };
 static const double just_beyond = 0.01; /* ft/s */
+static const double stride_from_mesh = 0.1; /* scale units */
 static const double narrow = 2;         /* scale units */
 
 /* Better than a trim inside the bounds by more than the precision of a descent. */
@@ -273,7 +296,10 @@ static int search_beyond(const gtm_problem *p, const double *lower, const double
         low[RUDDER] = border[piece];
         high[RUDDER] = border[piece + 1];
         if (!gtm_find_starts(p, 1, held + 3 * k, start)) continue;
-        const end found = search(p, low, high, objective, 1, start);
+        end found = move(p, low, high, objective, stride_from_mesh, start);
+        take(p, &found, f);
+        if (found.status == GTM_TRIMMED) continue;
+        found = search(p, low, high, objective, 1, start);
         take(p, &found, f);
     }
     return improves_on(&f->best, &before);
@@ -298,8 +324,11 @@ int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper,
     finds f = {.best = nothing};
     if (!is_plain(p, lower, upper, objective))
         return gtm_find_end_thoroughly(p, lower, upper, objective, y, violation, known);
-    const end first = search(p, lower, upper, objective, starts_in(p, FEW, lower, upper, starts), starts);
-    take(p, &first, &f);
+    const long n = starts_in(p, FEW, lower, upper, starts);
+    for (long k = 0; k < n; k++) {
+        const end found = search(p, lower, upper, objective, 1, starts + k * p->unknowns);
+        take(p, &found, &f);
+    }
     if (f.best.status != GTM_TRIMMED)
         return gtm_find_end_thoroughly(p, lower, upper, objective, y, violation, known);
     const gtm_mesh wide = wide_mesh(p, lower, upper);
@@ -313,17 +342,19 @@ int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper,
 
 /* ---- From known ends ---- */
 
+static const double stride_to_follow = 0.03; /* scale units: optima on either side of a kink lie so near */
+
 int gtm_follow_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
                    gtm_known_ends *known, double *y, double *violation)
 {
     finds f = {.best = nothing};
-    for (int k = 0; k < known->count; k++) {
-        end moved = nothing;
-        memcpy(moved.y, known->y[k], sizeof *y * (size_t)p->unknowns);
-        moved.status = gtm_move_extreme(p, lower, upper, objective, moved.y, &moved.violation);
-        moved.value = value_of(p, objective, moved.y);
+    for (int k = 0; k < known->inside + known->outside; k++) {
+        const end moved = move(p, lower, upper, objective, stride_to_follow, known->y[k]);
+        const int before = f.inside;
         take(p, &moved, &f);
-        if (moved.status == GTM_TRIMMED) memcpy(known->y[k], moved.y, sizeof *y * (size_t)p->unknowns);
+        const int is_lost = k < known->inside && f.inside == before;
+        if (is_lost && fabs(known->y[k][V] - known->y[0][V]) < p->aircraft->spacing.beyond) return GTM_NO_TRIM;
+        if (moved.status != GTM_NO_TRIM) memcpy(known->y[k], moved.y, sizeof *y * (size_t)p->unknowns);
     }
     return hand_over(p, &f, y, violation, 0);
 }

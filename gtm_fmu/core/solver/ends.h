@@ -12,11 +12,12 @@
    Returns their number, at most `most`: then the last one reaches to the end. */
 int gtm_pieces(const gtm_problem *p, double lower, double upper, int most, double *border);
 
-/* Local optima that a search found, best first: when conditions move, any of them may become the best. */
-enum { GTM_MOST_KNOWN = 5 };
+/* What a search found: local optima inside the bounds, best first, and trims outside that exceed the bounds less than all
+   around them. When conditions move, any of them may become the best. */
+enum { GTM_MOST_KNOWN = 5, GTM_MOST_OUTSIDE = 3 };
 typedef struct {
-    int count;
-    double y[GTM_MOST_KNOWN][GTM_MOST_UNKNOWNS];
+    int inside, outside;
+    double y[GTM_MOST_KNOWN + GTM_MOST_OUTSIDE][GTM_MOST_UNKNOWNS]; /* those inside, then those outside */
 } gtm_known_ends;
 
 /* The point of least objective.y inside the bounds; without one, `violation` says how far away the best is. `known` is
@@ -24,8 +25,8 @@ typedef struct {
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *best,
                  double *violation, gtm_known_ends *known);
 
-/* The same from the ends of a problem that differs little, which are moved on; none when all that is known leads outside
-   the bounds. */
+/* The same from the ends of a problem that differs little, which are moved on; none when one that is nearly as good as
+   the best is lost: it left the bounds, or met another one. */
 int gtm_follow_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
                    gtm_known_ends *known, double *best, double *violation);
 
