@@ -183,14 +183,14 @@ def envelope_end(
 ) -> Extreme:
     """The same from starts of its own.
 
-    ``is_thorough``: from many starts in each of the `rudder_pieces`, which takes six times as long and serves as a check.
+    ``is_thorough``: from many starts in each of the `rudder_pieces`; it takes six times as long and serves as a check.
     """
     name = "gtm_thorough_end" if is_thorough else "gtm_envelope_end"
     return _search(name, airframe, altitude, gamma, lower, upper, objective)
 
 
 def rudder_pieces(lower: float, upper: float) -> list[tuple[float, float]]:
-    """The pieces of a range of the rudder in deg between its breakpoints; the best of their ends is that of the range."""
+    """The pieces of a range of the rudder in deg between its breakpoints; the best of their ends is the range's."""
     most = 64
     border = (ctypes.c_double * (most + 1))()
     count = library().gtm_rudder_pieces(ctypes.c_double(lower), ctypes.c_double(upper), ctypes.c_int(most), border)
