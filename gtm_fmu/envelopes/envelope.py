@@ -2,7 +2,7 @@
 
 Steady manoeuvres at given altitude and flight-path angle form a manifold of three dimensions (two with the rudder
 jammed). V_min and V_max are linear objectives on it under the limits. They have local optima, so the core seeks each
-from many starts. A restricted rudder may hold any deflection of its range, so its envelope is the union of the jammed
+from some starts. A restricted rudder may hold any deflection of its range, so its envelope is the union of the jammed
 ones.
 """
 
