@@ -183,7 +183,7 @@ def test_what_does_not_exist_is_a_broken_promise(plain):
         assert abs(checked[name] - expected) < 4 * np.sqrt(2 * expected)  # both samples vary
 
 
-@pytest.mark.parametrize("control", ["rudder", "elevator"])
+@pytest.mark.parametrize("control", THRUST_MAPS)
 def test_the_maps_of_the_package_keep_their_promise(control):
     """Exact cases of another seed, first of each group: no more broken promises than chance allows in 1 of 10 000."""
     shipped = ThrustMap.load(THRUST_MAPS[control])
