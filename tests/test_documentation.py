@@ -238,7 +238,7 @@ def headings(path: Path) -> set[str]:
 def test_reasons():
     """Few blocks are not run, and each says why."""
     left_out = of(*LANGUAGES, is_run=False)
-    assert len(left_out) <= 20, "run the block, or another one, or say here that there are more"
+    assert len(left_out) <= len(BLOCKS) / 5, "run the block, or another one"
     for block in left_out:
         assert len(block.reason.split()) >= 3, f"{block}: say why it is not run"
 
