@@ -27,12 +27,14 @@ from examples.path_planner.flight.review import Review, review  # noqa: E402
 from examples.path_planner.page.figure import draw  # noqa: E402
 from examples.path_planner.page.page import Outcome, render  # noqa: E402
 from examples.path_planner.planner import NoPathError, Plan, Scenario, exact_fmus, plan, read_scenario  # noqa: E402
+from examples.path_planner.planner.glides import is_thrust_fixed  # noqa: E402
 from gtm_fmu.errors import InputError  # noqa: E402
 from gtm_fmu.files import writable_folder, write_whole  # noqa: E402
 from gtm_study.progress import stages  # noqa: E402
 
 USUAL = Path(__file__).with_name("scenarios") / "right.toml"
 PROCESSES = 2
+FIXED = "Not flown: the autopilot holds speed and flight path by the throttle, which this failure does not leave."
 
 
 def planned(scenario: Scenario, folder: Path, alternatives: bool) -> Plan:
@@ -65,6 +67,8 @@ def run(scenario: Scenario, folder: Path, tools: list[str], stage) -> Outcome:
         fmu = aircraft_fmu(folder)
     with stage("Plan"):
         path = planned(scenario, folder, alternatives=True)
+    if is_thrust_fixed(scenario.failure):
+        return Outcome(scenario, path, {}, None, None, (FIXED,))
     healthy = None
     with stage("Plan for the aircraft in order"):
         try:

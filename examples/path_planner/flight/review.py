@@ -62,8 +62,11 @@ class Review:
 
     @property
     def least(self) -> dict[str, float]:
-        """The least of each margin."""
-        return {name: float(np.nanmin(values)) for name, values in self.margins.items()}
+        """The least of each margin; minus infinity where there was never steady flight."""
+        return {
+            name: float(np.fmin.reduce(values, initial=np.inf)) if np.isfinite(values).any() else -np.inf
+            for name, values in self.margins.items()
+        }
 
     @property
     def is_as_planned(self) -> bool:
