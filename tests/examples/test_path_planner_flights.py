@@ -2,6 +2,7 @@
 
 import sys
 from contextlib import nullcontext
+from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -212,3 +213,14 @@ def test_charts():
     assert "y &amp; z" in svg
     assert "&quot;it&quot;" in svg
     assert "nan" not in svg
+
+
+def test_fixed_thrust_is_planned_and_not_flown(outcome, folder, monkeypatch):
+    """The page says why, and has no flights."""
+    monkeypatch.setattr(run, "planned", lambda *_, **__: outcome.plan)
+    stuck = replace(outcome.scenario, failure={"limits.throttle.lower": 40.0, "limits.throttle.upper": 40.0})
+    found = run.run(stuck, folder, ["FMPy"], lambda name: nullcontext())
+    assert found.flown is None
+    text = render(found)
+    assert "Not flown: the autopilot holds speed and flight path by the throttle" in text
+    assert ">Flights</h2>" not in text
