@@ -30,7 +30,11 @@ def main() -> None:
     ridge = read_scenario(SCENARIO)
     with tempfile.TemporaryDirectory() as folder:
         exact = exact_fmus(Path(folder), ridge)
-        maps = [map_fmu(Path(folder), ridge), map_fmu(Path(folder), ridge, "GtmSurrogateNative", "network")]
+        maps = [
+            map_fmu(Path(folder), ridge),
+            map_fmu(Path(folder), ridge, is_safe=True),
+            map_fmu(Path(folder), ridge, "GtmSurrogateNative", "network"),
+        ]
         rng = np.random.default_rng(1)
         asked = rng.uniform((4000, -6, 90, -5), (8000, 6, 130, 1), (QUESTIONS, 4))
         began = time.perf_counter()

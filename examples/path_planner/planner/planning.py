@@ -45,18 +45,23 @@ MAPS = {"GtmSurrogateNative": "surrogate-native", "GtmThrustMapNative": "thrust-
 
 
 def map_fmu(
-    folder: Path, scenario: Scenario, model: str = "GtmThrustMapNative", surrogate: str | None = None
+    folder: Path,
+    scenario: Scenario,
+    model: str = "GtmThrustMapNative",
+    surrogate: str | None = None,
+    is_safe: bool = False,
 ) -> MapFmu:
     """A map as the source, from a folder; built where it is missing.
 
     Args:
         surrogate: what GtmSurrogateNative carries, as ``network``, in a folder of that name; default the thrust map.
+        is_safe: whether to take the map's safe speeds.
 
     Raises:
         InputError: as `exact_fmus`, or a failure of more than the rudder.
     """
     place = folder / surrogate if surrogate else folder
-    return MapFmu(_built(place, model, MAPS[model], surrogate), scenario.failure, label=surrogate)
+    return MapFmu(_built(place, model, MAPS[model], surrogate), scenario.failure, is_safe, surrogate)
 
 
 def _built(folder: Path, model: str, name: str, surrogate: str | None = None) -> Path:
