@@ -40,9 +40,10 @@ static int find(const double u[], double memory[])
     if (is_known(memory, u)) return 0;
     const int fault = gtm_failure_envelope((const gtm_failure_case *)u, (const gtm_failure *)(u + FAILURE), model_lower,
                                            model_upper, (gtm_envelope_memory *)(memory + KNOWN), (Trim *)(memory + ENDS));
-    memory[IS_FILLED] = !fault;
+    if (fault) return fault; /* the ends known before stay */
+    memory[IS_FILLED] = 1;
     memcpy(memory + ASKED, u, N_INPUTS * sizeof *u);
-    return fault;
+    return 0;
 }
 
 int model_outputs(const double x[], const double u[], const double values[], double memory[], double y[])

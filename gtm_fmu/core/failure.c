@@ -164,6 +164,13 @@ static void recall(const gtm_envelope_memory *m, gtm_known_ends known[2])
     }
 }
 
+/* Whether V_min and V_max are near those that were sought. Where they move fast, others come up. */
+static int are_speeds_near(const gtm_envelope_memory *m, const double end[2][GTM_TWO_THROTTLE_NT])
+{
+    static const double reach = 0.6; /* ft/s */
+    return fabs(end[0][V] - m->speed[0]) <= reach && fabs(end[1][V] - m->speed[1]) <= reach;
+}
+
 static void retain(const gtm_known_ends known[2], gtm_envelope_memory *m)
 {
     for (int k = 0; k < 2; k++) {
@@ -206,11 +213,11 @@ int gtm_failure_envelope(const gtm_failure_case *at, const gtm_failure *f, const
     memset(end, 0, 2 * sizeof *end);
     if (memory && is_near(memory, at, f)) {
         recall(memory, known);
-        is_missing = find_ends(&flight.problem, &b, 1, known, end);
+        is_missing = find_ends(&flight.problem, &b, 1, known, end) || !are_speeds_near(memory, end);
     }
     if (is_missing) {
         is_missing = find_ends(&flight.problem, &b, 0, known, end);
-        if (memory) *memory = (gtm_envelope_memory){.at = *at, .failure = *f};
+        if (memory) *memory = (gtm_envelope_memory){.at = *at, .failure = *f, .speed = {end[0][V], end[1][V]}};
     }
     if (is_missing) memset(end, 0, 2 * sizeof *end);
     else if (memory) retain(known, memory);

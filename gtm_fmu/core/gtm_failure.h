@@ -61,6 +61,7 @@ enum { GTM_KNOWN = 8 };
 typedef struct {
     gtm_failure_case at;
     gtm_failure failure;
+    double speed[2];                    /* of V_min and V_max there, ft/s */
     double inside[2], outside[2];       /* how many of the ends keep the limits, and how many nearly; at first none */
     double y[2][GTM_KNOWN][GTM_TWO_THROTTLE_NT];
 } gtm_envelope_memory;
