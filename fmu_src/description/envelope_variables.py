@@ -31,7 +31,7 @@ USAGE = (
     "envelope, and both speeds are zero.",
     "Outputs follow the inputs at once, also in Initialization Mode, and are found anew only when another input than "
     "tas has changed. That takes some milliseconds, less in the FMU in C where the inputs move a little: it follows "
-    "the ends that it found before, to 0.01 kn.",
+    "the ends that it found before.",
     "Values that are not finite or outside their bounds, reversed limits and a damage.case that is no whole number are "
     "logged in one sentence; the step is discarded and all values stay as before it. No output is ever NaN.",
 )
