@@ -138,13 +138,11 @@ def read_map(path: Path | None, only: str | None = None) -> ThrustMap:
 def map_reference(thrust_map: ThrustMap) -> Callable[[ModelDescription], dict[str, bytes]]:
     """Expected results, by the map itself."""
 
-    def find(altitude_ft: float, gamma_deg: float, limits_deg: Range) -> tuple[float, ...]:
+    def find(altitude_ft: float, gamma_deg: float, limits_deg: Range) -> tuple[float, float, bool]:
         found = thrust_map.predict_one(altitude_ft, gamma_deg, limits_deg)
-        safe = found["v_min_safe_kt"] or UNKNOWN_STD_KT, found["v_max_safe_kt"] or 0.0
-        return found["v_min_kt"] or 0.0, found["v_max_kt"] or 0.0, found["feasible"], *safe
+        return found["v_min_kt"] or 0.0, found["v_max_kt"] or 0.0, found["feasible"]
 
-    further = [variable.name for variable in SAFE[:2]]
-    return partial(reference_envelopes, find=find, control=thrust_map.control, further=further)
+    return partial(reference_envelopes, find=find, control=thrust_map.control)
 
 
 def map_resources(thrust_map: ThrustMap) -> dict[str, bytes]:

@@ -21,8 +21,7 @@ from gtm_fmu.units import KG_PER_LB, M_PER_FT, M_S_PER_KT, RAD_PER_DEG
 STEP_S, STOP_S, RECORDED_EVERY = 0.02, 10.0, 5
 DOUBLETS = {"control.elevator": (1.0, 2.0, 3.0, 0.05), "control.aileron": (4.0, 4.5, 5.0, 0.03)}
 """Begin, turn and end in s, and amplitude in rad."""
-Find = Callable[[float, float, tuple[float, float]], tuple[float, ...]]
-"""V_min and V_max in kn, whether there is an envelope, and further speeds in kn."""
+Find = Callable[[float, float, tuple[float, float]], tuple[float, float, bool]]
 ENVELOPES, ENVELOPE_RESULTS = 11, ("v_min", "v_max", "margin.slow", "margin.fast", "feasible")
 
 
@@ -80,25 +79,19 @@ def reference_simulation(model: ModelDescription) -> dict[str, bytes]:
     return _files(["time", *DOUBLETS], inputs, ["time", *(v.name for v in (*x, *outputs))], results)
 
 
-def reference_envelopes(
-    model: ModelDescription, find: Find, control: str = "rudder", further: Sequence[str] = ()
-) -> dict[str, bytes]:
-    """Inputs and results of a climb while ever less is left of a control, as CSV, in SI, in the folder ``extra``.
+def reference_envelopes(model: ModelDescription, find: Find, control: str = "rudder") -> dict[str, bytes]:
+    """Inputs and results of a climb while ever less is left of a control, as CSV, in SI, in the folder ``extra``."""
 
-    Args:
-        further: names of the further speeds that ``find`` gives.
-    """
-
-    def find_one(part: float) -> tuple[dict[str, float], tuple[float, ...]]:
+    def find_one(part: float) -> tuple[dict[str, float], tuple[float, float, bool]]:
         return {}, find(*_failing(part, control))
 
-    return _reference_envelopes(model, find_one, control, further)
+    return _reference_envelopes(model, find_one, control)
 
 
 def reference_failures(model: ModelDescription) -> dict[str, bytes]:
     """The same, exact, while the ailerons fail as well and fuel is used; halfway the left elevator is lost."""
 
-    def find_one(part: float) -> tuple[dict[str, float], tuple[float, ...]]:
+    def find_one(part: float) -> tuple[dict[str, float], tuple[float, float, bool]]:
         altitude_ft, gamma_deg, rudder_deg = _failing(part)
         aileron_deg, fuel_used_lb, damage_case = (-20 + 8 * part, 20 - 12 * part), 8 * part, 5 if part > 0.5 else 0
         limits = ControlLimits(rudder_deg=rudder_deg, aileron_deg=aileron_deg)
@@ -120,9 +113,8 @@ def _failing(part: float, control: str = "rudder") -> tuple[float, float, tuple[
 
 def _reference_envelopes(
     model: ModelDescription,
-    find_one: Callable[[float], tuple[dict[str, float], tuple[float, ...]]],
+    find_one: Callable[[float], tuple[dict[str, float], tuple[float, float, bool]]],
     control: str = "rudder",
-    further: Sequence[str] = (),
 ) -> dict[str, bytes]:
     """By ``find_one``: further inputs in SI and the envelope in kn at a part of the whole climb."""
     inputs, results = [], []
@@ -130,14 +122,13 @@ def _reference_envelopes(
     for i in range(ENVELOPES):
         part, tas_kt = i / (ENVELOPES - 1), 90.0
         altitude_ft, gamma_deg, limits_deg = _failing(part, control)
-        more, (v_min, v_max, feasible, *others) = find_one(part)
+        more, (v_min, v_max, feasible) = find_one(part)
         condition = (altitude_ft * M_PER_FT, *(angle * RAD_PER_DEG for angle in (gamma_deg, *limits_deg)))
         inputs.append([float(i), *condition, tas_kt * M_S_PER_KT, *more.values()])
         speeds = (v_min, v_max, tas_kt - v_min, v_max - tas_kt)
-        in_si = ([speed * M_S_PER_KT for speed in group] for group in (speeds, others))
-        results.append([float(i), *next(in_si), float(feasible), *next(in_si)])
+        results.append([float(i), *(speed * M_S_PER_KT for speed in speeds), float(feasible)])
     given = [variable.name for group in ("case", "speed") for variable in model.groups[group]]
-    return _files(["time", *given, *more], inputs, ["time", *ENVELOPE_RESULTS, *further], results)
+    return _files(["time", *given, *more], inputs, ["time", *ENVELOPE_RESULTS], results)
 
 
 def reference_manoeuvres(model: ModelDescription) -> dict[str, bytes]:
