@@ -247,7 +247,7 @@ print([name for name in ("torch", "sklearn", "scipy", "casadi", "xarray", "panda
 """
     command = [sys.executable, "-c", code, str(tmp_path / "network.json")]
     own, others = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    kinds = ("evaluation", "load", "local_models", "network", "partitions", "storage")
+    kinds = ("evaluation", "load", "local_models", "network", "partitions", "safety", "storage")
     names = ("core", "models", *(f"models.{kind}" for kind in kinds), "scaling")
     assert own == str([f"surrogate.{name}" for name in names])
     assert others == "[]"
