@@ -12,7 +12,8 @@ from gtm_fmu.units import M_S_PER_KT
 
 CHANGE_S = 4.0
 """A change from one manoeuvre to another costs as much as so many seconds: fewer and longer ones are flown better."""
-_SPACING_M = 150.0
+_SPACING_M, _BETWEEN_FT = 60.0, 5.0
+"""Between points at which the ground is looked at, and what is kept for the ground between them."""
 
 Rate = Callable[[float, Manoeuvre, float], float]
 """Cost of a second: of altitude in ft, manoeuvre, and speed over ground in m/s."""
@@ -31,7 +32,7 @@ def fly(
 def is_clear(scenario: Scenario, north_m: np.ndarray, east_m: np.ndarray, altitude_ft: np.ndarray) -> np.ndarray:
     """Whether tracks (.., n) keep the clearance everywhere (..)."""
     ground = scenario.terrain.height(north_m, east_m)
-    return (altitude_ft - ground).min(axis=-1) >= scenario.clearance_ft
+    return (altitude_ft - ground).min(axis=-1) >= scenario.clearance_ft + _BETWEEN_FT
 
 
 def cost_of(leg: Leg, altitude_ft: float, before: Manoeuvre | None, rate: Rate, ground_m_s: float) -> float:

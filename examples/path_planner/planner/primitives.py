@@ -11,7 +11,7 @@ from gtm_fmu.units import M_S_PER_KT, RAD_PER_DEG
 
 LAYER_FT = 250.0
 """Between altitudes at which the FMU is asked while a path is sought."""
-SAMPLES = 8
+SAMPLES = 16
 """Points of a manoeuvre at which the ground is looked at."""
 _STRAIGHT_M, _TURNED_DEG, _LEAST_TURN_DEG_S = 500.0, 15.0, 0.3
 
