@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -216,29 +216,38 @@ def safest_speed(scenario: Scenario, source: EnvelopeSource) -> float:
     margins = Margins(source, scenario.failure, scenario.cost)
     altitude, found = scenario.start.altitude_ft, []
     for gamma in sorted(scenario.gammas_deg, key=lambda each: (abs(each), each)):
-        speeds = source.speeds(altitude, gamma, scenario.failure)
-        if speeds is None:
-            continue
-        for tas in (float(each) for each in np.linspace(*speeds, _SPEEDS + 2)[1:-1]):
-            ends = source.turn_rates(altitude, gamma, tas)
-            if ends is not None:
-                after = [m for m in margins.after(altitude, gamma, tas).values() if m is not None]
-                margin = min([tas - speeds[0], speeds[1] - tas, *after])
-                found.append((ends[0] < 0 < ends[1], margin, float(round(tas))))
+        for tas, inside, ends in _turning(scenario, source, altitude, gamma):
+            after = [m for m in margins.after(altitude, gamma, tas).values() if m is not None]
+            found.append((ends[0] < 0 < ends[1], min([inside, *after]), float(round(tas))))
         if found:
             return max(found)[-1]
     raise NoPathError(_no_envelope(scenario, source))
 
 
+def _turning(
+    scenario: Scenario, source: EnvelopeSource, altitude_ft: float, gamma_deg: float
+) -> Iterator[tuple[float, float, tuple[float, float]]]:
+    """Speeds in kn between V_min and V_max, how far inside these they are, and the turn rates that are left there."""
+    speeds = source.speeds(altitude_ft, gamma_deg, scenario.failure)
+    for tas in np.linspace(*speeds, _SPEEDS + 2)[1:-1].tolist() if speeds else ():
+        ends = source.turn_rates(altitude_ft, gamma_deg, tas)
+        if ends is not None:
+            yield tas, min(tas - speeds[0], speeds[1] - tas), ends
+
+
 def _no_envelope(scenario: Scenario, source: EnvelopeSource) -> str:
     """With the nearest flight path and the nearest altitude that leave some."""
-    start, failure = scenario.start, scenario.failure
+    start = scenario.start
+
+    def is_left(altitude_ft: float, gamma_deg: float) -> bool:
+        return any(True for _ in _turning(scenario, source, altitude_ft, gamma_deg))
+
     text = f"No steady flight on any of the flight paths is left at {start.altitude_ft:g} ft after this failure"
-    paths = [g for g in np.arange(-20.0, 20.5, 0.5).tolist() if source.speeds(start.altitude_ft, g, failure)]
+    paths = [g for g in np.arange(-20.0, 20.5, 0.5).tolist() if is_left(start.altitude_ft, g)]
     if paths:
         return f"{text}; the nearest that is possible there is {min(paths, key=abs):g} deg."
     altitudes = np.arange(0.0, 30_000.0, 1000.0).tolist()
-    lower = [h for h in altitudes if any(source.speeds(h, g, failure) for g in scenario.gammas_deg)]
+    lower = [h for h in altitudes if any(is_left(h, g) for g in scenario.gammas_deg)]
     if lower:
         nearest = min(lower, key=lambda h: abs(h - start.altitude_ft))
         return f"{text}; the nearest altitude that leaves some is {nearest:g} ft."
