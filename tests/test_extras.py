@@ -22,7 +22,7 @@ GIVEN = [
     f"performance {CONDITION}",
     f"predict {CONDITION} --rudder-deg 10 10",
     f"predict {CONDITION} --model network --rudder-deg 10 10",
-    "build dynamics dynamics-native envelope surrogate-native --output fmus",
+    "build dynamics thrust-map-native --output fmus",
     f"advise {CONDITION}",
 ]
 REFUSED = {
