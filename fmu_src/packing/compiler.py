@@ -6,6 +6,7 @@ import os
 import posixpath
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -173,7 +174,7 @@ def _compile(
 def _object(compiler: Sequence[str], path: str, sources: dict[str, bytes], folder: Path) -> str:
     """The compiled file in the folder; kept in this process, since FMUs of the same model or core share most files."""
     name = Path(path).with_suffix(".o").name
-    key = (*compiler, digest(with_includes(path, sources)))
+    key = (shutil.which(compiler[0]) or "", *compiler, digest(with_includes(path, sources)))
     if key in _OBJECTS:
         Path(folder, name).write_bytes(_OBJECTS[key])
     else:

@@ -3,6 +3,7 @@
 import gc
 import json
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -48,6 +49,16 @@ class TestArchive:
         command = [sys.executable, script, "dynamics", "-o", tmp_path]
         run = subprocess.run(command, capture_output=True, text=True, check=True)
         assert Path(run.stdout.strip()).read_bytes() == dynamics_fmu.read_bytes()
+
+    def test_another_compiler_of_the_same_name_is_another_compiler(self, tmp_path, monkeypatch):
+        """What one has compiled is not taken for the other's."""
+        sources = {"doubled.c": b'__attribute__((visibility("default"))) int doubled(int n) { return 2 * n; }'}
+        (usual,) = compiler.host_binary("doubled", sources).values()
+        (tmp_path / "cc").write_text(f'#!/bin/sh\nexec {shutil.which("cc")} "$@" -Ddoubled=twice\n')
+        (tmp_path / "cc").chmod(0o755)
+        monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+        (other,) = compiler.host_binary("doubled", sources).values()
+        assert (b"doubled" in usual, b"twice" in other) == (True, True)
 
     def test_binaries_only_where_the_core_is(self, dynamics_fmu):
         files = members(dynamics_fmu)
