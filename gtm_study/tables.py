@@ -3,12 +3,15 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+Cell = str | float
+"""Text, or a number, which is shown to a few digits and kept whole for a download."""
+
 
 class Table(NamedTuple):
-    """Cells under heads, all of them text."""
+    """Cells under heads."""
 
     heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
+    rows: Sequence[Sequence[Cell]]
     caption: str = ""
     """For a page; Markdown has none."""
 
@@ -32,10 +35,15 @@ def markdown(sections: Iterable[Section]) -> str:
     return "\n".join(blocks)
 
 
-def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
     """A table with a line of heads."""
-    lines = [heads, ["---"] * len(heads), *rows]
+    lines = [heads, ["---"] * len(heads), *(map(shown, row) for row in rows)]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def shown(cell: Cell) -> str:
+    """A cell as it is read: a number to four digits, an integer whole."""
+    return cell if isinstance(cell, str) else str(cell) if isinstance(cell, int) else short(cell, 4)
 
 
 def short(value: float, digits: int = 3) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from itertools import cycle
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -12,6 +13,7 @@ from surrogate.training.local_training import Growth
 from surrogate.training.selection import Part, Selection
 
 MARKERS = "os^Dv<>"
+NO_LABELS: Mapping[str, str] = MappingProxyType({})
 PANELS: dict[Part, str] = {
     "training": "Training",
     "test": "Test",
@@ -20,14 +22,18 @@ PANELS: dict[Part, str] = {
 }
 
 
-def plot_regression(selection: Selection) -> Figure:
-    """Outputs of the selected network against targets on [0, 1], with the fitted line, for each part of the data."""
+def plot_regression(selection: Selection, labels: Mapping[str, str] = NO_LABELS) -> Figure:
+    """Outputs of the selected network against targets on [0, 1], with the fitted line, for each part of the data.
+
+    Args:
+        labels: what stands for an output in the legend, by its name.
+    """
     figure = Figure(figsize=(9, 9), layout="constrained")
     for axes, (part, title) in zip(figure.subplots(2, 2).flat, PANELS.items(), strict=True):
         targets, outputs = selection.targets_and_outputs(part)
         drawn = zip(selection.network.outputs, targets.T, outputs.T, cycle(MARKERS), strict=False)
         for variable, target, output, marker in drawn:
-            axes.plot(target, output, marker, ms=4, mfc="none", label=variable.name)
+            axes.plot(target, output, marker, ms=4, mfc="none", label=labels.get(variable.name, variable.name))
         slope, offset = np.polyfit(targets.ravel(), outputs.ravel(), 1)
         ends = np.array([0.0, 1.0])
         axes.plot(ends, ends, "k:", label="output = target")
@@ -54,8 +60,12 @@ def plot_performance(selection: Selection) -> Figure:
     return figure
 
 
-def plot_error_histogram(selection: Selection) -> Figure:
-    """Errors (target - output) of the selected network on the independent test part, each output in its unit."""
+def plot_error_histogram(selection: Selection, labels: Mapping[str, str] = NO_LABELS) -> Figure:
+    """Errors (target - output) of the selected network on the independent test part, each output in its unit.
+
+    Args:
+        labels: what stands for an output at its axis, by its name.
+    """
     network, rows = selection.network, selection.split.independent
     errors = selection.Y[rows] - network.predict(selection.X[rows])
     figure = Figure(figsize=(4.5 * len(network.outputs), 4), layout="constrained")
@@ -64,7 +74,7 @@ def plot_error_histogram(selection: Selection) -> Figure:
         axes.hist(error, bins=20, edgecolor="white")
         axes.axvline(0.0, color="k", lw=1)
         axes.locator_params(axis="x", nbins=5)
-        axes.set(xlabel=f"error of {variable.name} ({variable.unit})", ylabel="samples")
+        axes.set(xlabel=f"error of {labels.get(variable.name, variable.name)}, {variable.unit}", ylabel="samples")
     return figure
 
 

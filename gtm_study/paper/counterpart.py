@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
+from gtm_study.tables import Cell
+
 Verdict = Literal["same", "better", "different", "none"]
 """None: no counterpart, or its stage is not finished."""
 
@@ -36,7 +38,7 @@ class Counterpart:
         find: our finding, from the results of `stage` and of the stages that it needs.
         reason: without a stage, why there is no counterpart.
         figure: stem of a picture that the stage leaves in the study's folder as .svg and .png.
-        table: key of a table in the stage's values: {"heads": [..], "rows": [[..], ..]}, all of them text.
+        table: key of a table in the stage's values: {"heads": [..], "rows": [[..], ..]}.
     """
 
     number: str
@@ -57,6 +59,6 @@ class Counterpart:
         return self.find(results)
 
 
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> dict[str, list[Any]]:
-    """A table as the results of a stage hold it."""
+def table(heads: Sequence[str], rows: Sequence[Sequence[Cell]]) -> dict[str, list[Any]]:
+    """A table as the results of a stage hold it: cells are text, or numbers as they were computed."""
     return {"heads": list(heads), "rows": [list(row) for row in rows]}

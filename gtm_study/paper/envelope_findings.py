@@ -164,7 +164,7 @@ def envelopes_3d(results: Results) -> Finding:
     altitudes, of, total = results["lattice"]["envelopes"]["rows"][0]
     return Finding(
         f"{altitudes} altitudes x {of} failures: {total}.",
-        agreed(int(total) == published.ENVELOPES_3D),
+        agreed(total == published.ENVELOPES_3D),
         f"The paper has {published.ENVELOPES_3D}.",
     )
 

@@ -67,7 +67,7 @@ def lattice_stage(run: Run, advance: Advance, written: Written) -> dict[str, Any
         ),
         "envelopes": table(
             ("altitudes", "failures", "3-D envelopes"),
-            [(str(len(sizes.altitudes_ft)), str(len(failures)), str(len(sizes.altitudes_ft) * len(failures)))],
+            [(len(sizes.altitudes_ft), len(failures), len(sizes.altitudes_ft) * len(failures))],
         ),
         "steps": table(
             ("axis", "step here"),
@@ -79,7 +79,7 @@ def lattice_stage(run: Run, advance: Advance, written: Written) -> dict[str, Any
         ),
         "counts": table(
             ("data set", "cases", "with an envelope", "the paper's samples"),
-            [tuple(str(row[key]) for key in ("data_set", "cases", "feasible", "paper")) for row in counts],
+            [tuple(row[key] for key in ("data_set", "cases", "feasible", "paper")) for row in counts],
         ),
     } | {f"data_set_{number}": _levels_of(number) for number in lattice.paper.DATA_SETS}
 

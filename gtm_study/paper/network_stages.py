@@ -19,7 +19,6 @@ from gtm_study.paper.counterpart import table
 from gtm_study.paper.lattice import members
 from gtm_study.paper.protocol_figures import NAMES
 from gtm_study.paper.stage import Run, Written, draw
-from gtm_study.tables import short
 from surrogate import Network, Selection
 from surrogate.rudder.emulator import RudderEmulator, train
 from surrogate.training.train import Method
@@ -90,17 +89,14 @@ def levenberg_marquardt(run: Run, advance: Advance, written: Written) -> Values:
     draw(run, written, trainings=protocol_figures.plot_rounds(first, "Fig. 10"))
     _enter(run, written, PLAIN, ("training", "regression", "errors", "networks"))
     errors = zip(*(part["mse_independent"] for part in first.values()), strict=True)
-    marks = [part["selected"] for part in first.values()]
+    marks, names = [part["selected"] for part in first.values()], [NAMES[name] for name in first]
     rows = [
-        (
-            str(j + 1),
-            *(f"{short(mse)}{' (selected)' if mark == j else ''}" for mse, mark in zip(pair, marks, strict=True)),
-        )
+        (j + 1, *pair, ", ".join(name for name, mark in zip(names, marks, strict=True) if mark == j))
         for j, pair in enumerate(errors)
     ]
     part = first[PLAIN]
     return {"part": _shown(part), "metrics": part["metrics"]} | {
-        "rounds": table(("network", *(NAMES[name] for name in first)), rows)
+        "rounds": table(("network", *names, "selected by"), rows)
     }
 
 
@@ -119,13 +115,7 @@ def local_models(run: Run, advance: Advance, written: Written) -> Values:
     _enter(run, written, "growth", ("best", "training", "validation"))
     squares = {name: [row[1] for row in part["squared_errors"]] for name, part in first.items()}
     worst = sorted(range(len(local["cases"])), key=lambda k: -squares["local_models"][k])[:4]
-    rows = [
-        (
-            *(f"{value:g}" for value in local["cases"][k]),
-            *(short(squares[name][k]) for name in ("local_models", BAYESIAN)),
-        )
-        for k in worst
-    ]
+    rows = [(*local["cases"][k], *(squares[name][k] for name in ("local_models", BAYESIAN))) for k in worst]
     heads = ("h, ft", "gamma, deg", "lower, deg", "upper, deg", NAMES["local_models"], NAMES[BAYESIAN])
     return {"part": _shown(local), "squares": squares, "worst": table(heads, rows)}
 
@@ -195,12 +185,12 @@ def _of_data_sets(found: Mapping[int, list[Values]]) -> Values:
     own = {str(k): _at_own_levels(k, parts[0]["network"]) for k, parts in found.items()}
     rows = [
         (
-            str(k),
-            str(samples[str(k)]),
-            *(short(median(least[key][str(k)])) for key in least),
-            str(published.TRAINING_SAMPLES[k]),
-            short(published.MSE_ANN[k]),
-            short(published.MSE_LMN[k]),
+            k,
+            samples[str(k)],
+            *(median(least[key][str(k)]) for key in least),
+            published.TRAINING_SAMPLES[k],
+            published.MSE_ANN[k],
+            published.MSE_LMN[k],
         )
         for k in found
     ]
@@ -219,8 +209,7 @@ def neurons(run: Run, advance: Advance, written: Written) -> Values:
     found = run.protocol().neurons(run.seed, advance)
     draw(run, written, neurons=protocol_figures.plot_neurons(found))
     rows = [
-        (str(n), *(short(value) for value in (min(mse), median(mse), max(mse))))
-        for n, mse in zip(found["neurons"], found["mse_independent"], strict=True)
+        (n, min(mse), median(mse), max(mse)) for n, mse in zip(found["neurons"], found["mse_independent"], strict=True)
     ]
     return found | {"by_neurons": table(("neurons", "least", "median", "greatest"), rows)}
 
@@ -260,4 +249,4 @@ def splits(run: Run, advance: Advance, written: Written) -> Values:
 
 
 def _by_method(heads: tuple[str, ...], errors: Mapping[str, list[float]]) -> dict[str, list[Any]]:
-    return table(heads, [(NAMES[name], *map(short, row), short(median(row))) for name, row in errors.items()])
+    return table(heads, [(NAMES[name], *row, median(row)) for name, row in errors.items()])

@@ -18,6 +18,7 @@ from gtm_fmu.progress import Advance
 from gtm_study.files import save_figures
 from gtm_study.kept import Kept
 from gtm_study.paper import protocol_figures, published
+from gtm_study.paper.figures import LABELS
 from gtm_study.paper.lattice import members
 from surrogate import Schedule, Selection, Split, select_network, split_samples
 from surrogate.plots import (
@@ -238,8 +239,8 @@ def _network_figures(selection: Selection, method: Method) -> dict[str, Figure]:
     """Figs. 11-13 (Bayesian regularisation) or 14-16, and what the paper does not show: the evidence parameters."""
     figures = {
         f"{method}_training": plot_training(selection),
-        f"{method}_regression": plot_regression(selection),
-        f"{method}_errors": plot_error_histogram(selection),
+        f"{method}_regression": plot_regression(selection, LABELS),
+        f"{method}_errors": plot_error_histogram(selection, LABELS),
         f"{method}_networks": plot_performance(selection),
     }
     if method == "bayesian_regularization":

@@ -20,6 +20,7 @@ from gtm_study.paper.rudder_sensitivity import AS_IN_THE_PAPER, EXACT, LIMITS, N
 from gtm_study.paper.sensitivity_report import KINDS
 from gtm_study.paper.stage import Run, Written, draw
 from gtm_study.research import surrogate_figures, surrogate_study
+from gtm_study.tables import Cell
 from sensitivity import Distribution, OrderedUniform, Uniform, convergence, effects_design, plot_bars, variance_design
 from surrogate.rudder.emulator import INPUTS, RudderEmulator
 
@@ -61,15 +62,7 @@ def _table_15(answers: Mapping[str, Any]) -> dict[str, list[Any]]:
     for output, factor, (kind, symbol) in product(reversed(SPEED_NAMES), (*NAMES, ",".join(LIMITS)), KINDS.items()):
         known = published.VARIANCE_INDICES[output].get(factor, {}).get(kind)
         ours = [answers[name][output]["indices"][factor][kind] for name in (EXACT, "paper's network")]
-        rows.append(
-            (
-                output,
-                symbol,
-                factor.replace(",", ", "),
-                *(f"{value:.4f}" for value in ours),
-                f"{known:.4f}" if known else "-",
-            )
-        )
+        rows.append((output, symbol, factor.replace(",", ", "), *ours, "-" if known is None else known))
     return table(("output", "index", "input", "exact", "a network as the paper's", "paper"), rows)
 
 
@@ -79,7 +72,7 @@ def effects(run: Run, advance: Advance, written: Written) -> Values:
     design = effects_design(distribution(), run.sizes.trajectories, radial=True, seed=run.seed)
     outputs = model.predict(design.points)
     found: Values = {"evaluations": len(design.points)}
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for j, output in enumerate(SPEED_NAMES):
         by_range = design.effects(outputs[:, [j]], [output], n_bootstrap=200)
         by_paper = design.effects(outputs[:, [j]], [output], scaling="paper", n_bootstrap=200)
@@ -94,7 +87,7 @@ def effects(run: Run, advance: Advance, written: Written) -> Values:
                 "paper_deviation": float(by_paper.sigma.value[i, 0]),
             }
             found[output][name] = values
-            rows.append((output, name, *(f"{values[key]:.4g}" for key in values)))
+            rows.append((output, name, *values.values()))
         advance(j + 1, len(SPEED_NAMES))
     heads = ("output", "input", "mu*, kn", "sigma, kn", "+- of mu*", "paper's mean", "paper's deviation")
     return found | {"effects": table(heads, rows)}
@@ -181,7 +174,7 @@ def surrogates(run: Run, advance: Advance, written: Written) -> Values:
     found = surrogate_study.run(run.folder / "surrogates", advance=advance)
     draw(run, written, surrogate_errors=surrogate_figures.plot_errors(found))
     rows = [
-        (name, *(f"{model['all'][key]:.3g}" for key in ("mse", "percentile_95_kt", "largest_kt")))
+        (name, *(model["all"][key] for key in ("mse", "percentile_95_kt", "largest_kt")))
         for name, model in found["models"].items()
     ]
     return {"models": found["models"], "off_lattice": table(("model", "MSE", "95 %, kn", "largest, kn"), rows)}

@@ -18,10 +18,11 @@ from gtm_study.kept import Part
 from gtm_study.paper.counterpart import Counterpart, Finding, Verdict
 from gtm_study.paper.registry import COUNTERPARTS
 from gtm_study.paper.report import study_sections
-from gtm_study.paper.stages import STAGES, Run, Stage
+from gtm_study.paper.stages import LEVELS, STAGES, Run, Stage
+from gtm_study.report.captions import caption
 from gtm_study.report.circumstances import circumstances
 from gtm_study.report.findings import findings
-from gtm_study.tables import Table
+from gtm_study.tables import Table, shown
 
 PAGE = "index.html"
 OPENING = "envelope_jams"
@@ -36,6 +37,8 @@ LARGEST_INLINE = 50_000
 """Bytes of a download that the page carries inside; larger ones lie beside it."""
 LARGEST_DRAWING = 300_000
 """Bytes of an SVG; a larger one is shown as its PNG."""
+MOST_BESIDE = 4
+"""Columns of a table that stands beside its words."""
 DOWNLOADS = {
     "GtmDynamics.fmu": "6-DOF dynamics, FMI 2.0 co-simulation",
     "GtmSurrogate.fmu": "V_min and V_max of a failed rudder from the thrust map",
@@ -75,6 +78,11 @@ class Item:
     def anchor(self) -> str:
         """Of its place in the page."""
         return self.counterpart.number.lower().replace(" ", "-")
+
+    @property
+    def is_beside(self) -> bool:
+        """Whether a wide page has room for it at the side of its words."""
+        return self.picture is not None or (self.table is not None and len(self.table.heads) <= MOST_BESIDE)
 
     @property
     def said(self) -> str:
@@ -119,7 +127,7 @@ def report_page(run: Run, finished: Mapping[str, Part]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"prose": _prose, "anchor": _anchor}
+    environment.filters |= {"prose": _prose, "anchor": _anchor, "shown": shown}
     return environment.get_template("report.html").render(
         css=Markup(page_style() + _web("report.css")),
         script=Markup(_web("report.js")),
@@ -134,6 +142,7 @@ def report_page(run: Run, finished: Mapping[str, Part]) -> str:
         beyond=_beyond(run, finished),
         done=sum(each.name in finished for each in STAGES),
         total=len(STAGES),
+        go_on=_go_on(run, finished),
         sections=study_sections(results),
         downloads=[_file(run.folder / name, what) for name, what in DOWNLOADS.items() if (run.folder / name).is_file()],
         pages={name: what for name, what in PAGES.items() if (run.folder / name).is_file()},
@@ -156,23 +165,31 @@ def _counts(items: list[Item]) -> dict[str, int]:
     return counts | {"there": len(there), "waiting": sum(not item.is_finished for item in there)}
 
 
+def _go_on(run: Run, finished: Mapping[str, Part]) -> str:
+    """The command that runs what is left: of the usual level first, then of all."""
+    left = {each.level for each in STAGES if each.name not in finished}
+    return f"gtm-fmu study{'' if left - {LEVELS[-1]} else f' --level {LEVELS[-1]}'}{_seed(run)}"
+
+
 def _web(name: str) -> str:
     return (files("gtm_study.report") / "web" / name).read_text(encoding="utf-8")
 
 
 def _beyond(run: Run, finished: Mapping[str, Part]) -> list[Beyond]:
     """What the finished stages leave that no counterpart shows."""
-    shown = {each.figure for each in COUNTERPARTS} | {each.table for each in COUNTERPARTS}
+    of_the_paper = {each.figure for each in COUNTERPARTS} | {each.table for each in COUNTERPARTS}
     found = []
     for stage in (stage for stage in STAGES if stage.name in finished):
         part = finished[stage.name]
-        stems = [Path(name).stem for name in part.files if name.endswith(".svg") and Path(name).stem not in shown]
-        drawn = {f"{stage.title}: {stem.replace('_', ' ')}": _picture(run.folder / stem) for stem in stems}
+        stems = [
+            Path(name).stem for name in part.files if name.endswith(".svg") and Path(name).stem not in of_the_paper
+        ]
+        drawn = {caption(stem): _picture(run.folder / stem) for stem in stems}
         pictures = {words: picture for words, picture in drawn.items() if picture}
         tables = {
-            key: Table(value["heads"], value["rows"], f"{stage.title}: {key.replace('_', ' ')}")
+            key: Table(value["heads"], value["rows"], caption(key))
             for key, value in part.values.items()
-            if isinstance(value, dict) and value.keys() == {"heads", "rows"} and key not in shown
+            if isinstance(value, dict) and value.keys() == {"heads", "rows"} and key not in of_the_paper
         }
         if pictures or tables:
             found.append(Beyond(stage, _command(run, stage.name), pictures, tables))
@@ -181,7 +198,12 @@ def _beyond(run: Run, finished: Mapping[str, Part]) -> list[Beyond]:
 
 def _command(run: Run, stage: str) -> str:
     """The command that computes what a stage does."""
-    return f"gtm-fmu study --only {stage}{f' --seed {run.seed}' if run.seed else ''}"
+    return f"gtm-fmu study --only {stage}{_seed(run)}"
+
+
+def _seed(run: Run) -> str:
+    """The option of a seed that is not the usual one."""
+    return f" --seed {run.seed}" if run.seed else ""
 
 
 def _stages(run: Run, finished: Mapping[str, Part]) -> Table:

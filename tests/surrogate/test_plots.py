@@ -34,8 +34,8 @@ def test_performance_marks_the_least_error(selection):
 
 
 def test_histogram_counts_every_independent_error_in_its_unit(selection):
-    figure = plot_error_histogram(selection)
-    assert [axes.get_xlabel() for axes in figure.axes] == ["error of speed (m/s)", "error of force (N)"]
+    figure = plot_error_histogram(selection, {"force": "$F$"})
+    assert [axes.get_xlabel() for axes in figure.axes] == ["error of speed, m/s", "error of $F$, N"]
     rows = selection.split.independent
     errors = selection.Y[rows] - selection.network.predict(selection.X[rows])
     for axes, error in zip(figure.axes, errors.T, strict=True):

@@ -22,9 +22,14 @@ function sort(table, head, column) {
   for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
   head.setAttribute("aria-sort", order);
   const sign = order === "ascending" ? 1 : -1;
-  const rows = [...table.tBodies[0].rows].map((row) => ({ row, text: row.cells[column].textContent.trim() }));
+  const rows = [...table.tBodies[0].rows].map((row) => ({ row, text: content(row.cells[column]) }));
   rows.sort((a, b) => last(a.text) - last(b.text) || sign * compare(a.text, b.text));
   table.tBodies[0].append(...rows.map(({ row }) => row));
+}
+
+/** A number as it was computed, where the cell shows a few of its digits. */
+function content(cell) {
+  return cell.dataset.whole ?? cell.textContent.trim();
 }
 
 /** Cells without a value come last in both orders. */
@@ -40,7 +45,7 @@ function compare(a, b) {
 
 function csv(table) {
   const rows = [table.tHead.rows[0], ...table.tBodies[0].rows];
-  return rows.map((row) => [...row.cells].map((cell) => quoted(cell.textContent.trim())).join(",") + "\r\n").join("");
+  return rows.map((row) => [...row.cells].map((cell) => quoted(content(cell))).join(",") + "\r\n").join("");
 }
 
 function quoted(text) {

@@ -25,6 +25,7 @@ from gtm_study.paper import comparisons, pipeline
 from gtm_study.paper.registry import COUNTERPARTS, ours, verdict
 from gtm_study.paper.rudder_grid import Cells
 from gtm_study.paper.stages import LEVELS, STAGES, USUAL_LEVEL, Sizes
+from gtm_study.report.captions import CAPTIONS
 from gtm_study.report.page import PAGE, write_page
 from surrogate.rudder.emulator import RudderEmulator
 from tests.gtm_study.looks import alike
@@ -221,7 +222,15 @@ class TestRegistry:
                 found = results[each.stage][each.table]
                 assert found["rows"], each.number
                 assert {len(row) for row in found["rows"]} == {len(found["heads"])}, each.number
-                assert all(isinstance(cell, str) for row in found["rows"] for cell in row), each.number
+                assert all(isinstance(cell, str | float | int) for row in found["rows"] for cell in row), each.number
+
+    def test_what_goes_beyond_has_words(self, folder):
+        page = (folder / PAGE).read_text()
+        beyond = page.split('id="beyond"')[1].split('id="left-out"')[0]
+        told = re.findall(r"<figcaption[^>]*>(.*?)</figcaption>|<caption>(.*?)</caption>", beyond)
+        words = {re.sub("<.*?>", "", picture or table).replace("Vm", "V_m") for picture, table in told}
+        assert len(words) > 10
+        assert words <= set(CAPTIONS.values())
 
     def test_what_is_not_computed_yet(self, results):
         some = {name: values for name, values in results.items() if name in ("trims", "lattice", "networks")}

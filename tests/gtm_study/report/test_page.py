@@ -118,7 +118,7 @@ class TestContents:
         finding = Finding("1 < 2 & `x_min`", "better", "V_min <b>")
         each = Counterpart("Table 99", "<i>", "&", "jams", lambda results: finding, table="numbers")
         monkeypatch.setattr("gtm_study.report.page.COUNTERPARTS", (each,))
-        table = {"heads": ["<script>", "b"], "rows": [["1", "V_max"]]}
+        table = {"heads": ["<script>", "b", "c"], "rows": [["1", "V_max", 0.123456789]]}
         write_page(pipeline.Run(tmp_path, 0, Sizes()), {"jams": Part({"numbers": table}, (), 1.0)})
         text = articles((tmp_path / PAGE).read_text())["Table 99"]
         for told in (
@@ -127,13 +127,14 @@ class TestContents:
             "&lt;script&gt;",
             "<i>V</i><sub>max</sub>",
             'class="verdict better"',
+            '<td data-whole="0.123456789">0.1235</td>',  # shown short, whole in a download
         ):
             assert told in text
 
 
 def test_findings_are_those_of_the_results():
     """The numbers of the results beside those that the paper prints (Tables 14 and 15, section III-C)."""
-    told = " ".join(findings(RESULTS))
+    told = " ".join(sentence for each in findings(RESULTS) for sentence in each.sentences)
     for number in ("210", "211", "3.2e-09", "1043", "1102", "0.000125", "9.43e-05", "0.11 kn", "3.3 kn", "98.76%"):
         assert number in told, number
     for number in ("5.7%", "0.17 there", "0.46 there"):
