@@ -1,5 +1,6 @@
 """The study end to end at a small size: what it leaves, that it says the same again, and that it can be stopped."""
 
+import html
 import inspect
 import io
 import json
@@ -228,7 +229,7 @@ class TestRegistry:
         page = (folder / PAGE).read_text()
         beyond = page.split('id="beyond"')[1].split('id="left-out"')[0]
         told = re.findall(r"<figcaption[^>]*>(.*?)</figcaption>|<caption>(.*?)</caption>", beyond)
-        words = {re.sub("<.*?>", "", picture or table).replace("Vm", "V_m") for picture, table in told}
+        words = {html.unescape(re.sub("<.*?>", "", picture or table)).replace("Vm", "V_m") for picture, table in told}
         assert len(words) > 10
         assert words <= set(CAPTIONS.values())
 
