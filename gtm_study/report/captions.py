@@ -4,7 +4,7 @@ CAPTIONS = {
     "emulator_jams": "V_min and V_max of a jammed rudder: exact, and by the paper's network trained here",
     "bayesian_regularization_networks": "Errors of the networks on their training and on the independent test data",
     "bayesian_regularization_evidence": "Training of the best network: effective parameters, weights of the evidence",
-    "levenberg_marquardt_networks": "Errors of the networks without regularisation on training and independent test data",
+    "levenberg_marquardt_networks": "Errors of the networks without regularisation on training and independent test",
     "advice_level": "What narrows or widens the envelope in level flight, and what matters over all such failures",
     "advice_climb": "The same in a climb of 3 deg",
     "nasa_trims_modes": "Level trims and modes over angle of attack, beside readings of NASA's plots",
