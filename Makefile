@@ -5,7 +5,7 @@ BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/e
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
 	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py)) surrogate/core/network.c
 
-.PHONY: study test quick coverage docs benchmarks publish-benchmarks pythons wheels clean
+.PHONY: study test quick coverage docs publish-study benchmarks publish-benchmarks pythons wheels clean
 
 study: .venv/installed
 	$(BIN)/gtm-fmu study --output build/study
@@ -30,6 +30,10 @@ coverage: .venv/installed
 # The documentation as a site in build/site; open build/site/index.html, no server and no network needed.
 docs: .venv/installed
 	$(BIN)/mkdocs build --strict --quiet
+
+# What README and docs show of the study: results and pictures of the last `make study`.
+publish-study: .venv/installed
+	$(BIN)/python docs/site/paper.py build/study
 
 benchmarks: .venv/installed
 	for script in $(filter-out benchmarks/table.py benchmarks/compare.py,$(wildcard benchmarks/*.py)); do \

@@ -14,6 +14,7 @@ import typer
 
 from fmu_src import MODELS, NATIVE_MODELS
 from gtm_study.commands import cli
+from gtm_study.paper.registry import COUNTERPARTS
 from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, chromium, new_tab
 
 pytest.importorskip("mkdocs", reason="the extra `docs` is not installed")
@@ -100,8 +101,30 @@ def test_notebooks(site):
         assert {cell.cell_type for cell in notebook.cells} == {"code", "markdown"}
 
 
+def test_the_paper_beside_ours(site):
+    """Each figure and table of the paper that has results stands beside ours; the study that is kept is a whole one."""
+    page = text(site, "reference/paper.html")
+    for each in COUNTERPARTS:
+        if each.stage:
+            assert f'id="{each.number.lower().replace(" ", "-")}"' in page
+            assert f"gtm-fmu study --only {each.stage}" in page
+        if each.figure:
+            assert (site / "images" / f"{each.figure}.png").exists()
+    assert "Not computed yet" not in page
+    assert "9.43e-05" in page  # the least error of the paper's networks, its Table 6
+    assert "1102" in text(site, "reference/results.html")  # its feasible cases, section III-C
+    assert (site / "results" / "study.json").exists()
+
+
 def test_equations_need_no_script(site):
-    assert not any("arithmatex" in page.read_text(encoding="utf-8") for page in site.rglob("*.html"))
+    pages = {page.stem: page.read_text(encoding="utf-8") for page in site.rglob("*.html")}
+    assert not any("arithmatex" in page for page in pages.values())
+    assert "<mi>cos</mi><mspace" in pages["trim-manifold"]  # cos theta is no product
+    assert '<mo form="prefix">&#x02212;' in pages["trim-manifold"]
+
+
+def test_every_page_is_one_to_be_opened_as_a_file(site):
+    assert not (site / "404.html").exists()
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
@@ -116,4 +139,7 @@ def test_search_and_pages_from_a_file(site, tmp_path):
         tab.fill("input.md-search__input", "thrust map")
         tab.wait_for_selector(".md-search-result__item")
         assert "Better surrogates" in tab.inner_text(".md-search-result__list")
+        tab.goto((site / "mathematics" / "airframe.html").as_uri())
+        loaded = tab.evaluate("document.fonts.load('1em Equations', 'V').then(faces => faces.map(face => face.status))")
+        assert loaded == ["loaded"]
         assert not complaints

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import notebooks
+import paper
 import typer
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
@@ -17,8 +18,6 @@ from mkdocs.structure.files import File, Files
 from fmu_src import MODELS, NATIVE_MODELS
 from fmu_src.description.model_description import ModelDescription, Variable
 from gtm_study.commands import cli
-from gtm_study.paper.registry import COUNTERPARTS
-from gtm_study.paper.stages import STAGES
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = {
@@ -44,6 +43,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
+def on_post_build(config: MkDocsConfig) -> None:
+    """The theme's page for what a server does not find is of no use to a site that is opened as a file."""
+    Path(config.site_dir, "404.html").unlink(missing_ok=True)
+
+
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Links to files outside docs/ lead to the pages that are made of them."""
     linked = re.sub(r"\]\(\.\./\.\./examples/notebooks/(\w+)\.py\)", r"](\1.md)", markdown)
@@ -57,7 +61,8 @@ def pages() -> dict[str, Callable[[], str]]:
         "reference/command-line.md": command_line,
         "reference/fmu-variables.md": fmu_variables,
         "reference/benchmarks.md": benchmarks,
-        "reference/paper.md": paper,
+        "reference/paper.md": paper.page,
+        "reference/results.md": paper.all_results,
         "reference/changes.md": lambda: _text("CHANGELOG.md"),
         "reference/contributing.md": lambda: _text("CONTRIBUTING.md").replace("](docs/", "](../"),
         "reference/notice.md": lambda: f"# Notice\n\n```text\n{_text('NOTICE')}```\n\nLicence: Apache-2.0.\n",
@@ -97,27 +102,6 @@ def benchmarks() -> str:
     return _page(parts)
 
 
-def paper() -> str:
-    """Every figure and table of the paper with the stage of the study that computes ours."""
-    levels = {stage.name: stage.level for stage in STAGES}
-    rows = []
-    for each in COUNTERPARTS:
-        ours = f"`gtm-fmu study --only {each.stage}`" if each.stage in levels else _escaped(each.reason or "-")
-        rows.append([each.number, _escaped(each.shows), _escaped(each.published), ours])
-    return _page(
-        [
-            "# The paper, figure by figure",
-            "R. Norouzi, A. Kosari, M. H. Sabour: *Investigating the Generalization Capability and Performance of "
-            "Neural Networks and Neuro-Fuzzy Systems for Nonlinear Dynamics Modeling of Impaired Aircraft*, IEEE "
-            "Access 7 (2019). The command in the last column computes ours into the study's report, where both stand "
-            "side by side with a verdict. What came out is told in [networks against local model networks]"
-            "(../network-comparison.md), [better surrogates](../better-surrogates.md) and "
-            "[sensitivity](../sensitivity.md#the-aircraft).",
-            table(("in the paper", "shows", "says", "ours"), rows),
-        ]
-    )
-
-
 def package(name: str) -> str:
     """The public names of a package, with their docstrings."""
     module = import_module(name)
@@ -147,7 +131,8 @@ def command_line() -> str:
         for child, each in getattr(command, "commands", {}).items():
             describe(each, f"{name} {child}")
 
-    for name, command in typer.main.get_command(cli.app).commands.items():
+    commands: Any = typer.main.get_command(cli.app)
+    for name, command in commands.commands.items():
         describe(command, f"gtm-fmu {name}")
     return _page(parts)
 
@@ -159,7 +144,8 @@ def fmu_variables() -> str:
         "The interface is in SI; start, least and greatest are in the display unit where there is one. A variable that "
         "only some FMUs of a model have says which.",
     ]
-    models = [contents([]).model for contents in (*MODELS.values(), *NATIVE_MODELS.values())]
+    models = [contents([]).model for contents in MODELS.values()]
+    models += [contents([]).model for contents in NATIVE_MODELS.values()]
     families: dict[str, list[ModelDescription]] = {}
     for model in models:
         families.setdefault(re.sub(r"Native3?$", "", model.name), []).append(model)
