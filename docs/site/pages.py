@@ -91,14 +91,18 @@ def benchmarks() -> str:
     parts = ["# Benchmarks", speed[1].strip(), "## Every measured row"]
     for path in sorted((ROOT / "benchmarks" / "results").glob("*.json")):
         result = json.loads(path.read_text(encoding="utf-8"))
+        told = [f"### {path.stem}", f"*{result['machine']}*; `python benchmarks/{path.stem}.py`"]
         if "rows" in result:
             rows = [
                 [row["name"], f"{row['value']:g} {row['unit']}"]
                 + ([row["peer"], f"{row['peer_value']:g}", f"{row['ratio']:g}"] if "peer" in row else ["", "", ""])
                 for row in result["rows"]
             ]
-            parts += [f"### {path.stem}", f"*{result['machine']}*; `python benchmarks/{path.stem}.py`"]
-            parts.append(table(("what", "here", "peer", "its value", "ratio"), rows))
+            told.append(table(("what", "here", "peer", "its value", "ratio"), rows))
+        else:
+            rows = [[name.replace("_", " "), f"{value:g}"] for name, value in result.items() if name != "machine"]
+            told.append(table(("what, in the unit of its name", "value"), rows))
+        parts += told
     return _page(parts)
 
 
