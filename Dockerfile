@@ -1,5 +1,6 @@
-# The study in a container; the results come to build/study:
-#   docker build --tag gtm-fmu . && docker run --rm --volume "$PWD/build/study:/results/study" gtm-fmu
+# The study in a container; the results come to build/study, as files of who runs it:
+#   docker build --tag gtm-fmu .
+#   mkdir -p build/study && docker run --rm --user "$(id -u)" --volume "$PWD/build/study:/results/study" gtm-fmu
 # Any other command: docker run --rm gtm-fmu envelope --altitude-ft 10000
 # torch comes with its libraries for graphics cards, gigabytes, unless another index is given as PIP_EXTRA_INDEX_URL.
 FROM python:3.11-slim-bookworm AS build
@@ -16,6 +17,6 @@ COPY --from=build /opt/gtm-fmu /opt/gtm-fmu
 RUN useradd --create-home --uid 1000 pilot && mkdir --parents /results/study && chown --recursive 1000 /results
 USER 1000
 WORKDIR /results
-ENV PATH=/opt/gtm-fmu/bin:$PATH CC="python3 -m ziglang cc"
+ENV PATH=/opt/gtm-fmu/bin:$PATH HOME=/tmp CC="python3 -m ziglang cc"
 ENTRYPOINT ["gtm-fmu"]
 CMD ["study", "--output", "study"]

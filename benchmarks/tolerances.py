@@ -17,12 +17,19 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from table import row, write
 
-from gtm_fmu import ControlLimits, Failure, FlightCondition, Tolerances, TolerantEnvelope, tolerant_envelope
+from gtm_fmu import ControlLimits, Failure, FlightCondition, Tolerances, TolerantEnvelope, envelope, tolerant_envelope
 from gtm_fmu.airframe.names import V
 from gtm_fmu.units import KT_PER_FT_S
 
 TOLERANCES = Tolerances(mass_tolerance=0.05, cg_tolerance=0.02, aero_tolerance=0.05)
 PLACES, SAME_KT = 25, 0.001
+COSTS = {
+    "as it is": Tolerances(),
+    "mass": Tolerances(mass_tolerance=0.05),
+    "gust": Tolerances(gust_kt=5),
+    "all": Tolerances(gust_kt=5, mass_tolerance=0.05, cg_tolerance=0.01, aero_tolerance=0.05),
+}
+WIDTHS_DEG = {"jam": 0.0, "range of 8 deg": 8.0}
 
 
 def random_case(rng: np.random.Generator) -> tuple[float, float, ControlLimits]:
@@ -53,6 +60,25 @@ def passed_by_kt(found: TolerantEnvelope, places: np.ndarray) -> tuple[float, bo
     return float(most), is_broken
 
 
+def costs(cases: int = 8, seed: int = 0) -> list[dict]:
+    """What an envelope takes by what is not known, median of random conditions."""
+    conditions = np.random.default_rng(seed).uniform((0, -4, -15), (20_000, 2, 10), (cases, 3)).tolist()
+    rows = []
+    for tolerated, tolerances in COSTS.items():
+        for failed, width_deg in WIDTHS_DEG.items():
+            taken = []
+            for altitude_ft, gamma_deg, lower_deg in conditions:
+                limits = ControlLimits(rudder_deg=(lower_deg, lower_deg + width_deg))
+                start = time.process_time()
+                if tolerances == Tolerances():
+                    envelope(altitude_ft, gamma_deg, limits)
+                else:
+                    tolerant_envelope(altitude_ft, gamma_deg, limits, tolerances)
+                taken.append(time.process_time() - start)
+            rows.append(row(f"envelope of a {failed}, {tolerated}, median of {cases}", statistics.median(taken), "s"))
+    return rows
+
+
 def main(cases: int = 60, seed: int = 7) -> None:
     rng = np.random.default_rng(seed)
     taken, at_corners, inside, broken = [], [], [], 0
@@ -77,6 +103,7 @@ def main(cases: int = 60, seed: int = 7) -> None:
         ),
         row("by at most", max(inside), "kn"),
         row("envelopes guaranteed or impossible against an exact solution", float(broken), ""),
+        *costs(),
     ]
     write("tolerances", rows)
 
