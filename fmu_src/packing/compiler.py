@@ -25,9 +25,11 @@ from gtm_fmu.files import temporary_folder
 FLAGS = ("-std=c99", "-O2", "-g0", "-fvisibility=hidden")
 _ELF = ("-shared", "-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
 """An FMU calls its own functions, whatever else a process has loaded."""
+_WINDOWS = ("-shared", "-nostdlib", "-rtlib=compiler-rt", "-Wl,--no-entry")
+"""With the C library of Windows itself and windows.c: Zig need not compile one, which takes minutes."""
 
 LONGEST_S = 600
-"""A compiler may take so long for one file; Zig's first build of a platform takes a minute."""
+"""A compiler may take so long for one file; Zig's first build of a platform takes some seconds longer."""
 
 log = logging.getLogger(__name__)
 
@@ -42,6 +44,9 @@ class Platform:
     suffix: str = ".so"
     flags: tuple[str, ...] = ("-fPIC",)
     link_flags: tuple[str, ...] = _ELF
+    libraries: tuple[str, ...] = ("-lm",)
+    added: str | None = None
+    """A C file beside this module that is linked with the sources."""
 
     def folder(self, fmi: int) -> str | None:
         """Name of the folder under ``binaries``."""
@@ -52,7 +57,7 @@ PLATFORMS = (
     Platform("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux"),
     Platform("x86_64-linux-musl", None, "x86_64-linux-musl"),
     Platform("aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux"),
-    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll", (), ("-shared",)),
+    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll", (), _WINDOWS, ("-lucrtbase",), "windows.c"),
     Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib", link_flags=("-shared",)),
     Platform("aarch64-macos", "aarch64-darwin", "aarch64-darwin", ".dylib", link_flags=("-shared",)),
 )
@@ -113,18 +118,27 @@ def all_binaries(
         InputError: Zig is not installed, or no platform could be built.
     """
     _check_zig("Building for all platforms")
-    binaries, reason = {}, ""
-    for done, platform in enumerate(PLATFORMS):
-        if progress:
-            progress(done, len(PLATFORMS))
-        if platform.folder(fmi) is None:
+    named = [platform for platform in PLATFORMS if platform.folder(fmi)]
+    for platform in PLATFORMS:
+        if platform not in named:
             log.warning("%s is left out: FMI %d.0 has no name for it.", platform.target, fmi)
-            continue
+
+    def build(platform: Platform) -> bytes | InputError:
         try:
-            binaries[platform] = _compile([*_zig(platform), "-s"], platform, name, sources)
+            return _compile([*_zig(platform), "-s"], platform, name, sources)
         except InputError as error:
-            reason = str(error)
-            log.warning("%s is left out: %s", platform.target, reason)
+            return error
+
+    binaries, reason = {}, ""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for done, (platform, built) in enumerate(zip(named, pool.map(build, named), strict=True), 1):
+            if isinstance(built, bytes):
+                binaries[platform] = built
+            else:
+                reason = str(built)
+                log.warning("%s is left out: %s", platform.target, reason)
+            if progress:
+                progress(done, len(named))
     if not binaries:
         raise InputError(f"No platform could be built, the last one because: {reason}")
     return binaries
@@ -157,6 +171,8 @@ def _compile(
     libraries: Sequence[str] = (),
 ) -> bytes:
     """One shared library; compiled with relative paths, so that nothing of this machine gets into it."""
+    if platform.added:
+        sources = sources | {platform.added: Path(__file__).with_name(platform.added).read_bytes()}
     paths = sorted(path for path in sources if path.endswith(".c"))
     with temporary_folder() as folder:
         for path, content in sources.items():
@@ -166,8 +182,8 @@ def _compile(
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = list(pool.map(lambda path: _object(compiler, path, sources, folder), paths))
         library = f"{name}{platform.suffix}"
-        math = [] if platform.suffix == ".dll" else ["-lm"]
-        _run([*compiler, *platform.link_flags, "-o", library, *objects, *math, *libraries], folder)
+        linked = [*objects, *platform.libraries, *libraries]
+        _run([*compiler, *platform.link_flags, "-o", library, *linked], folder)
         return Path(folder, library).read_bytes()
 
 

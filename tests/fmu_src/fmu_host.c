@@ -1,15 +1,28 @@
-/* A host without Python: loads the FMI 2.0 library that is named and does what standard input says, s(et) reference value,
-   d(o step) time duration, g(et) reference, l(eave without freeing); what it gets is printed to the last digit:
+/* A host without Python: loads the FMI 2.0 library that is named and does what the lines of standard input say, s(et)
+   reference value, d(o step) time duration, g(et) reference, l(eave without freeing); what it gets is printed to the last
+   digit:
    fmu_host LIBRARY TOKEN [RESOURCES] */
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "fmi2FunctionTypes.h"
 #include "fmi2TypesPlatform.h"
 
 #if defined(_WIN32)
 #include <windows.h>
+#include <corecrt_startup.h>
 #define OPEN(path) ((void *)LoadLibraryA(path))
 #define FIND(library, name) ((void (*)(void))GetProcAddress((HMODULE)(library), name))
+
+/* Zig would first compile a C library for minutes. With that of Windows and fmu_src/packing/windows.c alone a program has
+   to begin by itself. */
+#define main host_main
+int main(int argc, char **argv);
+void start(void)
+{
+    _configure_narrow_argv(_crt_argv_unexpanded_arguments);
+    exit(main(__argc, __argv));
+}
 #else
 #include <dlfcn.h>
 #define OPEN(path) dlopen(path, RTLD_NOW | RTLD_LOCAL)
@@ -39,25 +52,31 @@ int main(int argc, char **argv)
     SetupExperiment(c, fmi2False, 0, 0, fmi2False, 0);
     EnterInitializationMode(c);
     ExitInitializationMode(c);
-    char command;
-    unsigned reference;
-    double time, value;
+    char line[200], answer[40], *rest;
     int status = 0;
-    while (!status && scanf(" %c", &command) == 1) switch (command) {
+    while (!status && fgets(line, sizeof line, stdin)) {
+        const double first = strtod(line + 1, &rest), value = strtod(rest, &rest);
+        const unsigned reference = (unsigned)first;
+        double got;
+        switch (line[0]) {
         case 's':
-            status = scanf("%u %lf", &reference, &value) != 2 || SetReal(c, &reference, 1, &value) != fmi2OK;
+            status = SetReal(c, &reference, 1, &value) != fmi2OK;
             break;
         case 'd':
-            status = scanf("%lf %lf", &time, &value) != 2 || DoStep(c, time, value, fmi2True) != fmi2OK;
+            status = DoStep(c, first, value, fmi2True) != fmi2OK;
             break;
         case 'g':
-            status = scanf("%u", &reference) != 1 || GetReal(c, &reference, 1, &value) != fmi2OK;
-            printf("%.17g\n", value);
+            status = GetReal(c, &reference, 1, &got) != fmi2OK;
+            snprintf(answer, sizeof answer, "%.17g", got);
+            puts(answer);
             fflush(stdout);
             break;
         case 'l':
             return 0;
+        default:
+            status = 1;
         }
+    }
     FreeInstance(c);
     return status ? 5 : 0;
 }

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -50,8 +51,8 @@ without the left elevator; a manoeuvre, its margins, its trim and the ends of it
 """
 
 
-def zig(folder: Path, target: str, output: str) -> None:
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O2", "-I.", HOST.name, "-o", output]
+def zig(folder: Path, target: str, output: str, *words: str | Path) -> None:
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O2", *words, "-o", output]
     subprocess.run(command, cwd=folder, check=True, capture_output=True)
 
 
@@ -183,12 +184,21 @@ class TestAllPlatforms:
         assert versions
         assert all(tuple(map(int, version.split("."))) <= (2, 17) for version in versions)
 
+    def test_windows_has_all_that_it_asks_for(self, unpacked):
+        library = unpacked / "binaries" / "win64" / "GtmDynamicsNative.dll"
+        named = set(re.findall(rb"[\w.-]+\.dll(?=\0)", library.read_bytes(), re.IGNORECASE))
+        assert named - {library.name.encode()} == {b"ucrtbase.dll"}
+
     def test_windows_under_wine(self, unpacked, hosts, expected, expected_surrogates, networks, tmp_path, monkeypatch):
         names = ("wine64", "wine", "/usr/lib/wine/wine64")
         wine = next((path for name in names if (path := shutil.which(name))), None)
         if wine is None:
             pytest.skip("wine64 is not installed")
-        zig(hosts, "x86_64-windows-gnu", "host.exe")
+        objects = {"host.o": HOST, "windows.o": Path(compiler.__file__).with_name("windows.c")}
+        for name, source in objects.items():
+            zig(hosts, "x86_64-windows-gnu", name, "-I.", "-c", source)
+        linked = ("-nostdlib", "-rtlib=compiler-rt", "-Wl,-e,start", *objects, "-lucrtbase", "-lkernel32")
+        zig(hosts, "x86_64-windows-gnu", "host.exe", *linked)
         library = unpacked / "binaries" / "win64" / "GtmDynamicsNative.dll"
         environment = {
             "WINEPREFIX": str(tmp_path / "wine"),
@@ -218,7 +228,7 @@ class TestAllPlatforms:
         root = Path("/usr/aarch64-linux-gnu")
         if emulator is None or not root.exists():
             pytest.skip("qemu-user or libc6-arm64-cross is not installed")
-        zig(hosts, "aarch64-linux-gnu.2.34", "host.aarch64")
+        zig(hosts, "aarch64-linux-gnu.2.34", "host.aarch64", "-I.", HOST.name)
         host, place = [emulator, "-L", root, hosts / "host.aarch64"], Path("binaries", "aarch64-linux")
         got = answers(host, unpacked / place / "GtmDynamicsNative.so", FLIGHT)
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12)

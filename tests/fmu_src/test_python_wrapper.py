@@ -359,7 +359,7 @@ class TestHostInC:
             fmu.step(1.0)
             expected = fmu.get(["state.u"])[0]
         for end in ("", "l"):
-            given = f"s 0 51 d 0 1 g 0 {end}"
+            given = f"s 0 51\nd 0 1\ng 0\n{end}"
             run = subprocess.run(command, input=given, capture_output=True, text=True, env=environment)
             assert (run.returncode, float(run.stdout), run.stderr) == (0, expected, "")
 
