@@ -12,10 +12,13 @@ from typing import Any
 import numpy as np
 
 from gtm_fmu.aircraft import ranges
+from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.aircraft.ranges import ALPHA_DEG, BETA_DEG, PHI_DEG, WIDEST
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.names import CONTROLS, TRIM_UNKNOWNS
 from gtm_fmu.core import solver
+from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.query import ANSWER
 from gtm_fmu.core.sections import INTERVALS
 from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT
@@ -26,6 +29,7 @@ from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
 from gtm_study.explorer.webassembly import core_module
 from gtm_study.figures.envelopes import COLOURS
 from gtm_study.figures.pages import page_style
+from gtm_study.paper.advice import global_shares
 from surrogate.exports.closed_form import closed_form
 from surrogate.exports.javascript import javascript
 from surrogate.models.network import Network
@@ -44,6 +48,12 @@ _USUAL = {
     "flap_deg": 0.0,
     "spoiler_deg": 0.0,
 }
+_FAILURES = {
+    "rudder": Failure(),
+    "controls": Failure(ControlLimits(aileron_deg=(0.0, 0.0))),
+    "everything": Failure(configuration=Configuration(damage_case=1)),
+}
+"""One of each kind that global indices are known of: of the rudder alone, of controls, and of the airframe too."""
 _EXAMPLES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("healthy aircraft", {}),
     ("rudder jammed at 15 deg", {"rudder.lower": 15.0, "rudder.upper": 15.0}),
@@ -123,6 +133,7 @@ def facts() -> dict[str, Any]:
         "inputs": _inputs(),
         "examples": [{"label": label, "values": values} for label, values in _EXAMPLES],
         "colours": COLOURS,
+        "shares": {kind: global_shares(failure).sentence for kind, failure in _FAILURES.items()},
     }
 
 

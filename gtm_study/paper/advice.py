@@ -22,6 +22,13 @@ from sensitivity import Estimate
 FREE_KT = 0.005
 """A loss below this is none: the ends are known to about that."""
 _NAMES = {"v_min_kt": "V_min", "v_max_kt": "V_max"}
+_INPUTS = {
+    "altitude": "altitude",
+    "gamma": "flight path",
+    **{control: control for control in CONTROLS},
+    "damage": "damage",
+    "engine": "engine out",
+}
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,14 @@ class GlobalShares:
     of: str
     outputs: tuple[str, ...]
     total: Mapping[str, Mapping[str, float]]
+
+    @property
+    def sentence(self) -> str:
+        """All quantities, limits of a control together, the weightiest first."""
+        whole = {name: row for name, row in self.total.items() if name in _INPUTS}
+        shares = sorted(whole.items(), key=lambda item: -max(item[1].values()))
+        told = (f"{_INPUTS[name]} {' and '.join(f'{row[k]:.2f}' for k in self.outputs)}" for name, row in shares)
+        return f"Shares of the variance (total indices) of {self.of}: {', '.join(told)}."
 
 
 @dataclass(frozen=True)
@@ -136,10 +151,10 @@ class Advice:
 
 def advice(slopes: EnvelopeSlopes) -> Advice:
     """Slopes with the global shares of their kind of failure."""
-    return Advice(slopes, _shares(slopes.envelope.failure))
+    return Advice(slopes, global_shares(slopes.envelope.failure))
 
 
-def _shares(failure: Failure) -> GlobalShares:
+def global_shares(failure: Failure) -> GlobalShares:
     """Of a failed rudder if nothing else has failed, else of everything that may fail."""
     if failure == Failure().with_limits("rudder_deg", failure.limits.rudder_deg):
         found = rudder_sensitivity.given_an_envelope(rudder_grid.exact())

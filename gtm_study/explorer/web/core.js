@@ -29,12 +29,16 @@ class Core {
         return new Float64Array(this.core.memory.buffer, address, length);
     }
 
+    // Whether a configuration is the study's: nothing of the airframe has failed or moved.
+    isWhole(configuration) {
+        return Object.entries(this.facts.usual_configuration).every(([name, value]) => configuration[name] === value);
+    }
+
     // What a condition means to the solver: a configuration (0: the study's), and the bounds of the unknowns.
     ask(condition) {
         const { configuration: given, limits } = condition;
-        const usual = Object.entries(this.facts.usual_configuration).every(([name, value]) => given[name] === value);
         const running = { both: [1, 1], left_out: [0, 1], right_out: [1, 0], both_out: [0, 0] }[given.engines];
-        const c = usual
+        const c = this.isWhole(given)
             ? 0
             : this.core.explorer_configuration(
                   given.damage_case, given.fuel_used_lb, given.stabilizer_deg, given.gear, given.flap_deg, given.spoiler_deg, ...running,

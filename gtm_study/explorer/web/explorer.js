@@ -78,18 +78,19 @@ function show(answer) {
     });
 }
 
-function showSpeeds({ exact, map, network, only_rudder }) {
+function showSpeeds({ exact, map, network, failed }) {
     const row = (name, found, held) => {
         const interval = (speed, std) => (found.feasible ? fixed(speed) + (is(std) ? ` \u00b1 ${fixed(2 * std)}` : "") : "no envelope");
         return [name, interval(found.v_min_kt, found.v_min_std_kt), interval(found.v_max_kt, found.v_max_std_kt), held];
     };
     const words = (held) => held.map(limitWords).join(", ") || "no limit: the aircraft itself";
     const rows = [row("exact solution", exact, exact.feasible ? `${words(exact.held_at_v_min)}; ${words(exact.held_at_v_max)}` : "")];
-    if (only_rudder) rows.push(row("thrust map", map, map.fold ? "a fold: solve exactly here" : ""), row("networks", network, network.in_domain === false ? "outside its data" : ""));
+    if (failed === "rudder") rows.push(row("thrust map", map, map.fold ? "a fold: solve exactly here" : ""), row("networks", network, network.in_domain === false ? "outside its data" : ""));
     element("speeds").tBodies[0].replaceChildren(...rows.map(tableRow));
-    element("speeds-note").textContent = only_rudder
+    element("speeds-note").textContent = failed === "rudder"
         ? "\u00b1 are two standard deviations that the model itself gives."
         : "The thrust map and the networks know failures of the rudder alone.";
+    element("shares").innerHTML = facts.shares[failed].replace(/V_(\w+)/g, "<i>V</i><sub>$1</sub>");
 }
 
 function showManoeuvre({ manoeuvre, condition }) {

@@ -86,15 +86,15 @@ function answerTo(condition) {
         manoeuvre: core.manoeuvre(condition),
         map: core.mapped(condition),
         network: emulated(condition),
-        only_rudder: isOnlyRudder(condition),
+        failed: failed(condition),
     };
 }
 
-// The surrogates know failures of the rudder alone.
-function isOnlyRudder({ limits, configuration }) {
-    const usual = { ...facts.bounds, rudder: limits.rudder };
-    const same = Object.keys(limits).every((name) => limits[name][0] === usual[name][0] && limits[name][1] === usual[name][1]);
-    return same && Object.entries(facts.usual_configuration).every(([name, value]) => configuration[name] === value);
+// What may have failed: the rudder alone, which is all that the surrogates know, controls, or the airframe too.
+function failed({ limits, configuration }) {
+    if (!core.isWhole(configuration)) return "everything";
+    const others = facts.controls.filter((name) => name !== "rudder");
+    return others.every((name) => limits[name].every((bound, end) => bound === facts.bounds[name][end])) ? "rudder" : "controls";
 }
 
 function emulated({ altitude_ft, gamma_deg, limits }) {

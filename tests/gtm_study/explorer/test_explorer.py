@@ -14,6 +14,7 @@ from gtm_fmu.envelopes.envelope import FlightCondition, envelope
 from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT
 from gtm_study.explorer.page import explorer_page
+from gtm_study.paper import rudder_grid, rudder_sensitivity
 from surrogate.rudder.emulator import RudderEmulator
 from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, assert_accessible, chromium, new_tab
 
@@ -102,7 +103,7 @@ def test_surrogates_answer_as_those_of_python(opened):
             assert found[name]["feasible"] == expected["feasible"]
             for key in ("v_min_kt", "v_max_kt", "v_min_std_kt", "v_max_std_kt") if expected["feasible"] else ():
                 assert found[name][key] == pytest.approx(expected[key], abs=1e-9)
-    assert not answer(tab, {"engines": "left_out"})["only_rudder"]
+    assert answer(tab, {"engines": "left_out"})["failed"] == "everything"
 
 
 def test_sections_are_those_of_the_core(opened):
@@ -139,6 +140,18 @@ def test_steps_are_exact(opened):
     moves = [getattr(there, name) - getattr(here, name) for name in ("v_min_kt", "v_max_kt")]
     told = [float(text.replace("\u2212", "-")) for text in lines["rudder: 1 deg lost at the bottom"].split("\t")]
     assert told == pytest.approx(moves, abs=0.0051)
+
+
+def test_shares_of_the_kind_of_failure(opened):
+    """Total indices of the package's exact solutions: the flight path weighs most on V_max of a failed rudder."""
+    tab, _ = opened
+    answer(tab, {"rudder.lower": 5.0, "rudder.upper": 25.0})
+    indices = rudder_sensitivity.given_an_envelope(rudder_grid.exact())
+    row = dict(zip(("altitude", "flight path"), indices.total.value.tolist(), strict=False))
+    for name, shares in row.items():
+        assert f"{name} {shares[0]:.2f} and {shares[1]:.2f}" in tab.inner_text("#shares")
+    answer(tab, {"engines": "left_out"})
+    assert "controls, engines and structure fail at once: elevator 0.6" in tab.inner_text("#shares")
 
 
 def test_sliders_by_keyboard(opened):
