@@ -24,10 +24,9 @@ SLOPES_USAGE = (
     "Partial derivatives of all real outputs with respect to the real inputs come from the trims themselves, by the "
     "theorem on implicit functions and the multipliers of the ends, not from differences of what was found. On a "
     "breakpoint of the aerodynamic tables they are those of one side (of a limit at an end: inwards), and of two "
-    "limits that are equal one counts. Both limits of a jam are one deflection: "
-    "its slope is that of the limit that would give more if it gave way, so that their sum is the slope of the "
-    "deflection. Those of damage.case and of control.gear, which jump, are zero. Where nothing settles a trim there "
-    "are none, which is logged in one sentence."
+    "limits that are equal one counts. Both limits of a jam are one deflection: its slope is that of the limit that "
+    "would give more if it gave way, so that their sum is the slope of the deflection. Those of damage.case and of "
+    "control.gear, which jump, are zero. Where nothing settles a trim there are none, which is logged in one sentence."
 )
 
 # name: which variable of GtmAircraft, range in its display unit (None: its own), description

@@ -27,11 +27,10 @@ USAGE = (
     "and flight-path angle with the {control} between {lower} and {upper}; equal limits are a jam. They are "
     "interpolated in a map of exact solutions. margin.slow and margin.fast say how far tas is inside.",
     "The inputs are some of GtmEnvelope's, and the outputs all of them, so that one can take the other's place while "
-    "nothing else fails, and fold. Where fold is true a "
-    "small change of thrust makes a speed jump or decides whether there is an envelope: there ask the exact "
-    "GtmEnvelope. Where feasible is false there is no envelope, and the speeds are zero. Where in_domain is false the "
-    "case is outside the map and the speeds are guesses. Nobody knows how far they are off: the standard deviations "
-    f"are {UNKNOWN_STD_KT:g} kn then, more than any speed.",
+    "nothing else fails, and fold. Where fold is true a small change of thrust makes a speed jump or decides whether "
+    "there is an envelope: there ask the exact GtmEnvelope. Where feasible is false there is no envelope, and the "
+    "speeds are zero. Where in_domain is false the case is outside the map and the speeds are guesses. Nobody knows "
+    f"how far they are off: the standard deviations are {UNKNOWN_STD_KT:g} kn then, more than any speed.",
     "v_min_safe is not below the exact V_min and v_max_safe not above the exact V_max, each with a probability of at "
     "least {confidence} over the exact cases that set their margins and one more of the same distribution: "
     "{calibrated}. What lies between them may have gaps, as near the ceiling. Where feasible_safe is false nothing is "

@@ -82,10 +82,8 @@ def trim_points(results: Results) -> Finding:
         "uncontrollable.",
         "same" if found["same_verdict"] == found["trims"] else "different",
         f"The compiled core and trims over the FMU agree in {found['same_verdict']} of {found['trims']} verdicts; "
-        "their "
-        f"unknowns differ by {found['largest_difference']:.1e} of their scale at most. The paper "
-        "tests the rank of Kalman's matrix, which rounding can decide; here the test is that of Popov, Belevitch and "
-        "Hautus, scaled.",
+        f"their unknowns differ by {found['largest_difference']:.1e} of their scale at most. The paper tests the rank "
+        "of Kalman's matrix, which rounding can decide; here the test is that of Popov, Belevitch and Hautus, scaled.",
     )
 
 
@@ -136,9 +134,8 @@ def properties(results: Results) -> Finding:
         off = results["nasa"]["largest_difference"]
         beside = (
             f" Level trims and modes are those of NASA's plots within {off['elevator_deg']:.2f} deg of elevator, "
-            f"{off['throttle_pct']:.2f} % of throttle, {off['eas_kt']:.2f} kn and {off['sp_hz']:.3f} Hz, which is "
-            "how well "
-            "the plots can be read."
+            f"{off['throttle_pct']:.2f} % of throttle, {off['eas_kt']:.2f} kn and {off['sp_hz']:.3f} Hz, which is how "
+            "well the plots can be read."
         )
     return Finding(
         f"{told[0].upper()}{told[1:]}.",

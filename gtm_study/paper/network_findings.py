@@ -67,8 +67,7 @@ def _training(stage: str, method: str) -> Callable[[Results], Finding]:
             "the independent test data.",
             agreed(other < OUTLIER * own),
             f"The paper's is network {published.BEST_NETWORK[method]}, with negligible differences between training "
-            "and "
-            "test. The number follows from random starts. Here the errors differ by a factor of "
+            "and test. The number follows from random starts. Here the errors differ by a factor of "
             f"{other / own:.1f}.",
         )
 
@@ -133,12 +132,10 @@ def _by_output(stage: str, method: str) -> Callable[[Results], Finding]:
         v_min, v_max = (median(column) for column in zip(*part["mse_by_output"], strict=True))
         return Finding(
             f"Number {part['selected'] + 1} is best. Medians of the rounds: {short(v_min)} for V_min, {short(v_max)} "
-            "for "
-            "V_max.",
+            "for V_max.",
             agreed(v_max > v_min),
             f"The paper's best is number {published.BEST_NETWORK[method]}, which follows from random starts; its "
-            "errors "
-            "of V_max are the larger ones.",
+            "errors of V_max are the larger ones.",
         )
 
     return find
@@ -155,13 +152,11 @@ def growth(results: Results) -> Finding:
     share = mean(pair[-1].startswith("hilomot") for pair in part["chosen"])
     return Finding(
         f"{size['models']} models with {size['parameters']} parameters, by {_words(chosen)}. HILOMOT is chosen for "
-        "V_max "
-        f"in {share:.0%} of the rounds.",
+        f"V_max in {share:.0%} of the rounds.",
         agreed(chosen == "hilomot quadratic"),
         f"The paper's has {published.BEST_GROWTH['models']} models and {published.BEST_GROWTH['parameters']} "
-        "parameters, "
-        "quadratic by HILOMOT, and HILOMOT wins all rounds for V_max. The size follows from when the validation data "
-        "stop the growth.",
+        "parameters, quadratic by HILOMOT, and HILOMOT wins all rounds for V_max. The size follows from when the "
+        "validation data stop the growth.",
     )
 
 
@@ -179,8 +174,7 @@ def squared_errors(results: Results) -> Finding:
     larger = sum(local[k] > network[k] for k in worst)
     return Finding(
         f"{len(local)} cases; the local models' four worst carry {share:.0%} of their squared error, and in {larger} "
-        "of "
-        "them the network is nearer.",
+        "of them the network is nearer.",
         agreed(share > 0.5 and larger >= 3),
         f"The paper has {published.INDEPENDENT_TEST_CASES} cases, of which some have no steady manoeuvre inside its "
         "limits, and four outliers of the local models.",
@@ -237,9 +231,8 @@ def data_sets(results: Results) -> Finding:
     own = results["data-sets"]["at_own_levels"][str(theirs)]
     if own is not None:
         why += (
-            f"The network of set {theirs} errs by {short(own)} on the test cases at its own levels of the rudder, "
-            "and by "
-            f"{short(network[theirs])} on all: it has not seen the levels between, where most tests are."
+            f"The network of set {theirs} errs by {short(own)} on the test cases at its own levels of the rudder, and "
+            f"by {short(network[theirs])} on all: it has not seen the levels between, where most tests are."
         )
     return Finding(
         f"Networks here (the paper's): {told}.",
@@ -282,8 +275,7 @@ def neurons(results: Results) -> Finding:
     return Finding(
         f"Median error by neurons: {told}; least at {least}.",
         agreed(gain < FACTOR),
-        f"The paper finds no gain beyond {published.NEURONS}. Here the median falls by another factor of {gain:.1f} "
-        "up to "
-        f"{least} neurons"
+        f"The paper finds no gain beyond {published.NEURONS}. Here the median falls by another factor of {gain:.1f} up "
+        f"to {least} neurons"
         + (", on the lattice; that says little about the flight conditions between its levels." if gain > 1.0 else "."),
     )

@@ -93,11 +93,9 @@ def indices(output: str) -> Callable[[Results], Finding]:
             f"{ours[LIMITS[0]]['total']:.3f} and {ours[LIMITS[1]]['total']:.3f}.",
             agreed(ranking[0] == their_ranking[0] and apart < NEAR and total < NEAR),
             f"S differs by up to {apart:.3f}, S^T by up to {total:.3f}. The published S^T of one limit "
-            f"({limits[0]:.3f}, "
-            f"{limits[1]:.3f}) is what both limits have together ({ours[PAIR]['total']:.3f}): as if both had been "
-            "redrawn, "
-            f"not one given the other. The published indices add up to {excess:.3f} where no model exceeds 1."
-            + _left_and_right(results, output),
+            f"({limits[0]:.3f}, {limits[1]:.3f}) is what both limits have together ({ours[PAIR]['total']:.3f}): as if "
+            f"both had been redrawn, not one given the other. The published indices add up to {excess:.3f} where no "
+            "model exceeds 1." + _left_and_right(results, output),
         )
 
     return find
@@ -140,11 +138,9 @@ def table_15(results: Results) -> Finding:
         f"Largest differences from the published ones: {', '.join(parts)}.",
         agreed(largest < NEAR),
         f"The published table contradicts itself: sums that no model lets exceed 1 are {sums[0]:.3f} and "
-        f"{sums[1]:.3f}. "
-        "Its equation 60 for the first index as printed multiplies each run by itself, and is 1 for every input. Its "
-        "S^T less S is called interaction, which holds for independent inputs; the limits are not. A network as "
-        "the "
-        f"paper's is off by {found['own_error']['paper' + chr(39) + 's network']:.3f} by itself, and "
+        f"{sums[1]:.3f}. Its equation 60 for the first index as printed multiplies each run by itself, and is 1 for "
+        "every input. Its S^T less S is called interaction, which holds for independent inputs; the limits are not. A "
+        f"network as the paper's is off by {found['own_error']['paper' + chr(39) + 's network']:.3f} by itself, and "
         f"{results['sensitivity']['without_envelope']:.1%} of the cases have no envelope, where a network only "
         "continues.",
     )
@@ -161,9 +157,8 @@ def convergence(output: str) -> Callable[[Results], Finding]:
             f"After {found['evaluations']:,} evaluations no 95 % interval is wider than {width:.4f}.",
             "better" if width < own else "same",
             f"They settle, as in the paper at {published.EVALUATIONS:,} evaluations in 100 minutes. But they settle "
-            "at the "
-            f"network's indices, which are off by up to {own:.3f}: more than any interval shows. The exact indices are "
-            "sums over half a million envelopes and need no sampling.",
+            f"at the network's indices, which are off by up to {own:.3f}: more than any interval shows. The exact "
+            "indices are sums over half a million envelopes and need no sampling.",
         )
 
     return find
