@@ -12,4 +12,4 @@ def test_table_of_importers():
     for model in CASES:
         row = (model, *(OTHERWISE.get((column, model), "yes") for column in COLUMNS))
         assert f"| {' | '.join(row)} |" in PAGE
-    assert f"| | {' | '.join(COLUMNS)} |" in PAGE
+    assert f"| FMU | {' | '.join(COLUMNS)} |" in PAGE
