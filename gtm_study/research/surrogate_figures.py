@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from gtm_fmu.datasets.off_lattice import DEVIATIONS
 from gtm_fmu.envelopes.envelope import FlightCondition
@@ -43,7 +44,10 @@ def plot_surface(advance: Advance) -> Figure:
     for altitude, marker in markers.items():
         available = gross_thrust_lbf(FULL_THROTTLE_PCT, altitude)
         axes.axhline(available, color="grey", linewidth=0.8, linestyle="--")
-        axes.annotate(f"full thrust at {altitude:g} ft ({marker})", (198, available + 0.3), ha="right", fontsize=8)
+        label = axes.annotate(
+            f"full thrust at {altitude:g} ft ({marker})", (198, available + 0.4), ha="right", fontsize=8
+        )
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 1})
     axes.set(xlim=(52, 200), ylim=(5, 34), xlabel="Equivalent airspeed, kn", ylabel="Least gross thrust, lbf")
     axes.legend(title="Rudder jam")
     return figure
@@ -149,8 +153,9 @@ def plot_trims(results: Mapping[str, Any]) -> Figure:
             axes.axhline(min(learnt), color=style.PALETTE[k], linestyle=dashes, linewidth=1, label=label)
     axes.axhline(SEVERAL_GOAL_KT, color="grey", linestyle=":", linewidth=1, label="goal")
     axes.set(xlabel="Trims of the map", ylabel="95 % of the errors below, kn")
-    for plain in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
-        plain("{x:g}")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3, which="both")
     return figure
