@@ -30,7 +30,8 @@ from surrogate import Network
 from surrogate.exports.c_source import c_header, c_source
 from surrogate.exports.closed_form import closed_form
 from surrogate.exports.onnx_model import onnx_model
-from surrogate.rudder.emulator import PAPER, SPEEDS_FILE, RudderEmulator
+from surrogate.rudder.emulator import RudderEmulator
+from surrogate.rudder.names import PAPER, SPEEDS_FILE
 from surrogate.scaling import to_symmetric
 
 ROUNDS, BATCH, BLOCK, THREADS = 5, 1_000_000, 4096, 2

@@ -20,7 +20,8 @@ from collections.abc import Callable
 import numpy as np
 from table import row, write
 
-from surrogate.rudder.emulator import PAPER, RudderEmulator
+from surrogate.rudder.emulator import RudderEmulator
+from surrogate.rudder.names import PAPER
 
 ROWS, ROUNDS, RESAMPLES = 2**18, 5, 100
 SALIB_ROWS = 2**19

@@ -27,17 +27,17 @@ class AirData(NamedTuple):
         return KT_PER_FT_S * self.V
 
     @property
-    def eas_kt(self) -> ca.SX:
+    def eas_kt(self) -> Quantity:
         """Equivalent airspeed in knots."""
         return self.tas_kt * self.air.sqrt_density_ratio
 
     @property
-    def mach(self) -> ca.SX:
+    def mach(self) -> Quantity:
         """Mach number (an output only: the model has no Mach effects)."""
         return self.V / self.air.sound_speed
 
     @property
-    def dynamic_pressure(self) -> ca.SX:
+    def dynamic_pressure(self) -> Quantity:
         """Dynamic pressure in lbf/ft^2."""
         return 0.5 * self.air.density * self.V**2
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gtm_fmu.airframe.quantity import Quantity, ca
+from gtm_fmu.airframe.quantity import Quantity, clip, sqrt
 from gtm_fmu.units import M_PER_FT
 
 EARTH_RADIUS_FT = 20855531.5  # SPEC 1, R_a; the navigation equations use another one
@@ -21,24 +21,24 @@ HEAT_CAPACITY_RATIO = 1.4
 class Atmosphere(NamedTuple):
     """Air at rest: density in slug/ft^3, pressure ratio, speed of sound in ft/s."""
 
-    density: ca.SX
-    pressure_ratio: ca.SX
-    sound_speed: ca.SX
+    density: Quantity
+    pressure_ratio: Quantity
+    sound_speed: Quantity
 
     @property
-    def sqrt_density_ratio(self) -> ca.SX:
+    def sqrt_density_ratio(self) -> Quantity:
         """EAS over TAS."""
-        return ca.sqrt(self.density / DENSITY_0)
+        return sqrt(self.density / DENSITY_0)
 
 
 def atmosphere(altitude_ft: Quantity) -> Atmosphere:
     """Air at a geometric altitude in ft; geopotential height is held inside 0 .. 11 000 m (SPEC 2)."""
     geopotential = EARTH_RADIUS_FT * altitude_ft / (EARTH_RADIUS_FT + altitude_ft)
-    height = ca.fmin(ca.fmax(geopotential, 0), TROPOPAUSE_FT)
+    height = clip(geopotential, 0, TROPOPAUSE_FT)
     temperature = T0_DEGR + LAPSE_DEGR_PER_FT * height
     pressure_ratio = (temperature / T0_DEGR) ** (-GRAVITY / (GAS_CONSTANT * LAPSE_DEGR_PER_FT))
     return Atmosphere(
         density=PRESSURE_0_PSF * pressure_ratio / (GAS_CONSTANT * temperature),
         pressure_ratio=pressure_ratio,
-        sound_speed=ca.sqrt(HEAT_CAPACITY_RATIO * GAS_CONSTANT * temperature),
+        sound_speed=sqrt(HEAT_CAPACITY_RATIO * GAS_CONSTANT * temperature),
     )

@@ -3,6 +3,7 @@
 Most programs ask the compiled core, and take only constants from here: they do not wait for CasADi.
 """
 
+import math
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
@@ -14,3 +15,13 @@ else:
 
 Quantity: TypeAlias = "ca.SX | ca.DM | float"
 """A number or a symbol: numbers give numbers, symbols give expressions."""
+
+
+def sqrt(value: Quantity) -> Quantity:
+    """Square root, of a number without CasADi."""
+    return math.sqrt(value) if isinstance(value, float | int) else ca.sqrt(value)
+
+
+def clip(value: Quantity, lower: float, upper: float) -> Quantity:
+    """The value held between two numbers, a number without CasADi."""
+    return min(max(value, lower), upper) if isinstance(value, float | int) else ca.fmin(ca.fmax(value, lower), upper)

@@ -20,7 +20,6 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,7 +36,7 @@ from gtm_fmu.envelopes.safe_margins import SafeMargins
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import write_whole
 
-_DATA = Path(str(files("gtm_fmu.envelopes") / "data"))
+_DATA = Path(__file__).parent / "data"
 THRUST_MAPS = {control: _DATA / f"{control}_thrust_map.npz" for control in ("rudder", "aileron", "elevator")}
 """The maps that come with the package, by their controls."""
 RUDDER_MAP = THRUST_MAPS["rudder"]

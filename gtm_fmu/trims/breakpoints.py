@@ -99,9 +99,10 @@ def on_each_side(
     lies_on = np.zeros((len(slopes), len(found)), dtype=bool)
     for number, breakpoint in enumerate(found):
         lies_on[breakpoint.rows, number] = True
-    for pattern in np.unique(lies_on, axis=0):
-        rows = np.flatnonzero((lies_on == pattern).all(axis=1))
-        numbers = np.flatnonzero(pattern).tolist()
+    patterns = lies_on @ (1 << np.arange(len(found))[::-1])
+    for pattern in sorted(set(patterns.tolist())):
+        rows = np.flatnonzero(patterns == pattern)
+        numbers = np.flatnonzero(lies_on[rows[0]]).tolist()
         for sides in product((BELOW, ABOVE), repeat=len(numbers)):
             there = slopes[rows].copy()
             for number, side in zip(numbers, sides, strict=True):

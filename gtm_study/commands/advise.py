@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
 from gtm_fmu.errors import InputError
 from gtm_fmu.files import check_writable
@@ -45,6 +44,8 @@ def advise(
     if as_json:
         print(json.dumps(values, allow_nan=False))
         return
+    from rich.console import Console
+
     console = Console()
     for sentence in sentences(found):
         console.print(sentence, highlight=False)

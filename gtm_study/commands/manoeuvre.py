@@ -4,8 +4,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from gtm_fmu.aircraft.ranges import ALTITUDE_FT, GAMMA_DEG, TAS_KT, TURN_RATE_DEG_S, check_range
 from gtm_fmu.errors import InputError
@@ -28,6 +26,8 @@ from gtm_study.commands.printing import show
 from gtm_study.files import check_picture, save_picture
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from gtm_fmu.aircraft.failures import Failure
     from gtm_fmu.envelopes.manoeuvres import Manoeuvres
     from gtm_fmu.envelopes.performance import Performance
@@ -238,6 +238,8 @@ def performance(
     Speeds, turn rates and radii to either side at --gamma-deg; the steepest and the fastest climb; the flattest glide
     and the least sink, with the throttles at their lowest and with both engines out; speeds of straight flight.
     """
+    from rich.console import Console
+
     from gtm_fmu.aircraft.failures import Failure
     from gtm_fmu.envelopes.performance import performance as extremes
     from gtm_study.progress import stages
@@ -263,7 +265,9 @@ def performance(
         Console().print(_extremes(found))
 
 
-def _extremes(found: "dict[str, Performance]") -> Table:
+def _extremes(found: "dict[str, Performance]") -> "Table":
+    from rich.table import Table
+
     from gtm_study.figures.captions import condition
 
     healthy = found["healthy"]

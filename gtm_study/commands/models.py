@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
-from rich.console import Console
 
 from gtm_fmu.errors import InputError
 from gtm_fmu.extras import advice
@@ -66,6 +65,8 @@ def train(
     with a probability of at most epsilon: V_min never too low, V_max never too high, or what --never-low and
     --never-high name. That takes 1 / epsilon rows at least.
     """
+    from rich.console import Console
+
     from gtm_fmu.conformal import EPSILON
     from gtm_fmu.files import check_kept, check_writable
     from gtm_study.commands.printing import show

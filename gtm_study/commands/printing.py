@@ -3,15 +3,15 @@
 import json
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
-
 
 def show(values: dict[str, Any], as_json: bool, title: str) -> None:
     """Print a result: one JSON object, or a table of its plain entries."""
     if as_json:
         print(json.dumps(values, allow_nan=False))
         return
+    from rich.console import Console  # a program that asks for JSON need not wait for tables
+    from rich.table import Table
+
     table = Table("quantity", "value", title=title, title_justify="left")
     for name, value in values.items():
         if isinstance(value, dict):

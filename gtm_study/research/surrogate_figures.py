@@ -15,7 +15,8 @@ from gtm_fmu.envelopes.thrust_map import MapEnvelopes, ThrustMap
 from gtm_fmu.envelopes.thrust_survey import gross_thrust_lbf, thrust_curve
 from gtm_fmu.progress import Advance
 from gtm_study import style
-from surrogate.rudder.emulator import PAPER, RudderEmulator
+from surrogate.rudder.emulator import RudderEmulator
+from surrogate.rudder.names import PAPER
 
 SEVERAL_GOAL_KT = 2.0
 """At 95 %, of limits of several controls."""

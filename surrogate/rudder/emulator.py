@@ -6,7 +6,6 @@ manoeuvre; an envelope exists exactly when that is no more than full throttle, s
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,13 +17,11 @@ from gtm_fmu.envelopes.feasibility import has_envelope
 from gtm_fmu.envelopes.thrust_map import checked_case, checked_cases, first_of
 from gtm_fmu.errors import InputError
 from surrogate.models.network import Network
+from surrogate.rudder.names import NETWORK, SPEEDS_FILE, THROTTLE_FILE
 
 if TYPE_CHECKING:  # not needed to predict
     from surrogate.training.selection import Selection
 
-SPEEDS_FILE, THROTTLE_FILE = "rudder_speeds.json", "rudder_throttle.json"
-NETWORK, PAPER = (Path(str(files("surrogate.rudder") / "data" / name)) for name in ("network", "paper"))
-"""Folders of the networks that come with the package: those of `rudder_networks`, and the paper's."""
 INPUTS = (("altitude_ft", "ft"), ("gamma_deg", "deg"), ("rudder_lower_deg", "deg"), ("rudder_upper_deg", "deg"))
 SPEEDS = (("v_min_kt", "kt"), ("v_max_kt", "kt"))
 THROTTLE = (("t_min_pct", "%"),)

@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gtm_fmu.conformal import EPSILON
 from gtm_fmu.envelopes.thrust_map import RUDDER_MAP, THRUST_MAPS, ThrustMap
 from gtm_fmu.errors import InputError
-from surrogate.rudder.emulator import NETWORK, PAPER, SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
-from surrogate.rudder.names import DEFAULT
+from surrogate.rudder.names import DEFAULT, NETWORK, PAPER, SPEEDS_FILE, THROTTLE_FILE
+
+if TYPE_CHECKING:
+    from surrogate.rudder.emulator import RudderEmulator
 
 SURROGATES: Mapping[str, Path] = {DEFAULT: RUDDER_MAP, "network": NETWORK, "paper": PAPER}
 """Where the surrogates of the package are, by their names."""
@@ -29,7 +32,7 @@ def surrogate_path(model: str) -> Path:
     return path
 
 
-def load_surrogate(model: str = DEFAULT, control: str | None = "rudder") -> ThrustMap | RudderEmulator:
+def load_surrogate(model: str = DEFAULT, control: str | None = "rudder") -> "ThrustMap | RudderEmulator":
     """A surrogate by its name, its file or its folder, of one control or (None) of any.
 
     Raises:
@@ -37,6 +40,8 @@ def load_surrogate(model: str = DEFAULT, control: str | None = "rudder") -> Thru
     """
     path = surrogate_path(model)
     if path.is_dir():
+        from surrogate.rudder.emulator import RudderEmulator  # a thrust map needs no networks
+
         return RudderEmulator.load(path)
     thrust_map = ThrustMap.load(path)
     if control is not None and thrust_map.control != control:
@@ -55,7 +60,7 @@ def surrogate_files(model: str = DEFAULT, control: str | None = "rudder") -> lis
     return [path / SPEEDS_FILE, path / THROTTLE_FILE] if path.is_dir() else [path]
 
 
-def measured_errors(surrogate: ThrustMap | RudderEmulator) -> str | None:
+def measured_errors(surrogate: "ThrustMap | RudderEmulator") -> str | None:
     """One sentence on the errors that were measured on exact cases off the lattice, where they are known."""
     provenance = surrogate.provenance if isinstance(surrogate, ThrustMap) else surrogate.speeds.provenance
     scores = provenance.get("off_lattice")

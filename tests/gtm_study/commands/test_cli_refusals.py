@@ -7,7 +7,8 @@ import zipfile
 
 import pytest
 
-from surrogate.rudder.emulator import SPEEDS_FILE, THROTTLE_FILE, RudderEmulator
+from surrogate.rudder.emulator import RudderEmulator
+from surrogate.rudder.names import SPEEDS_FILE, THROTTLE_FILE
 
 pytestmark = pytest.mark.slow
 

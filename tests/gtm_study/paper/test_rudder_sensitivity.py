@@ -25,7 +25,8 @@ from gtm_study.paper.rudder_sensitivity import (
     of_network,
 )
 from sensitivity import TabulatedIndices
-from surrogate.rudder.emulator import PAPER, RudderEmulator
+from surrogate.rudder.emulator import RudderEmulator
+from surrogate.rudder.names import PAPER
 
 pytestmark = pytest.mark.slow
 

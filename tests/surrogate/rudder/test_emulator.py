@@ -15,7 +15,8 @@ from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_fmu.errors import InputError
 from gtm_study.paper import published
 from surrogate import Schedule, Variable, split_samples
-from surrogate.rudder.emulator import INPUTS, PAPER, SPEEDS, THROTTLE, RudderEmulator, train
+from surrogate.rudder.emulator import INPUTS, SPEEDS, THROTTLE, RudderEmulator, train
+from surrogate.rudder.names import PAPER
 
 SEED, ROUNDS, HELD_OUT = 0, 20, 0.1  # of the shipped networks; rounds and fraction are the paper's Algorithm 1
 

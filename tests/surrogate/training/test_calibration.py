@@ -8,7 +8,7 @@ import pytest
 from gtm_fmu.errors import InputError
 from surrogate import LocalModelNetwork, Network, Variable, load_model
 from surrogate.models.safety import Safety
-from surrogate.rudder.emulator import NETWORK, SPEEDS_FILE
+from surrogate.rudder.names import NETWORK, SPEEDS_FILE
 from surrogate.training.model_training import Calibration, train_calibrated, train_model
 from surrogate.training.samples import Samples
 
