@@ -62,15 +62,24 @@ class Part(NamedTuple):
     seconds: float
 
 
-def run_folder(path: Path) -> Path:
-    """The folder of a long run, made when missing: a new or empty one, or that of an earlier run.
+def check_run_folder(path: Path) -> None:
+    """Refuse a folder that is neither new nor empty nor that of an earlier run; nothing is made.
 
     Raises:
-        InputError: it holds what is not of a run, or cannot be written.
+        InputError: it holds what is not of a run.
     """
     with suppress(OSError):
         if not (path / PARTS).is_dir() and any(path.iterdir()):
             raise InputError(f"{path} holds files that are not of such a run; name a new or an empty folder.")
+
+
+def run_folder(path: Path) -> Path:
+    """The folder of a long run, made when missing.
+
+    Raises:
+        InputError: as `check_run_folder`, or it cannot be written.
+    """
+    check_run_folder(path)
     writable_folder(path / PARTS)
     return path
 

@@ -69,8 +69,8 @@ def tabulated_indices(
 
     Args:
         names: of the inputs, one for each axis of the table.
-        weights: (levels of the first input, .., of the last), not negative; they need not sum to one.
-        outputs: the same with a last axis of the outputs; where a weight is zero they may be anything.
+        weights: (l_1, .., l_d) for the levels of each input, not negative; they need not sum to one.
+        outputs: (l_1, .., l_d, m) of m outputs; where a weight is zero they may be anything.
         output_names: one for each output.
         groups: of inputs, for their closed and total indices.
 

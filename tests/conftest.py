@@ -9,6 +9,14 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
+WITHOUT_TORCH = "torch is not here (extra `train`)"
+
+
+@pytest.fixture(scope="session")
+def torch():
+    """The library, for tests that train; they are skipped without it."""
+    return pytest.importorskip("torch", reason=WITHOUT_TORCH)
+
 
 @pytest.fixture(scope="session")
 def shared_folder() -> Path:

@@ -14,6 +14,7 @@ from types import FunctionType
 from typing import NamedTuple
 
 import pytest
+from numpy.typing import ArrayLike
 
 PACKAGES = ("gtm_fmu", "surrogate", "sensitivity", "fmu_src")
 INTERFACES = ("Block", "Density")
@@ -43,9 +44,10 @@ class Documented(NamedTuple):
 
     @property
     def arguments(self) -> dict[str, str]:
-        """Annotations by argument."""
+        """Annotations by argument; older NumPy has no name for ``ArrayLike``, but a long union."""
         parameters = inspect.signature(self.function).parameters
-        return {name: str(each.annotation) for name, each in parameters.items() if name not in ("self", "cls")}
+        annotations = {name: each.annotation for name, each in parameters.items() if name not in ("self", "cls")}
+        return {name: "ArrayLike" if each == ArrayLike else str(each) for name, each in annotations.items()}
 
     @property
     def raised(self) -> set[str]:

@@ -161,10 +161,10 @@ def manoeuvres(
     """Whether steady manoeuvres can be flown, with their margins: 150 000 a second and more with a jammed rudder.
 
     Args:
-        altitude_ft: geometric altitude in ft. It and the next three broadcast against each other to n manoeuvres.
-        tas_kt: true airspeed in kn.
-        gamma_deg: flight-path angle in deg, positive in a climb.
-        turn_rate_deg_s: turn rate in deg/s, positive to the right.
+        altitude_ft: (n,) geometric altitude in ft, or what broadcasts with the next three to n manoeuvres.
+        tas_kt: (n,) true airspeed in kn.
+        gamma_deg: (n,) flight-path angle in deg, positive in a climb.
+        turn_rate_deg_s: (n,) turn rate in deg/s, positive to the right.
         limits: a failure for all of them, or one for each; None: no failure.
         alpha_deg: least and greatest angle of attack in deg.
         phi_deg: least and greatest bank in deg.

@@ -1,17 +1,16 @@
 """The command `gtm-fmu protocol`: the paper's comparison of neural networks and local model networks."""
 
 import json
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from gtm_fmu.errors import InputError
+from gtm_fmu.extras import check_installed
 from gtm_fmu.progress import Advance
 from gtm_study.files import write_text
-from gtm_study.kept import run_folder
+from gtm_study.kept import check_run_folder, run_folder
 from gtm_study.progress import stages
 from gtm_study.style import figure_style
 
@@ -34,8 +33,8 @@ def protocol(
     Bayesian regularisation and Levenberg-Marquardt, LOLIMOT and HILOMOT, the diminished data sets and the number of
     hidden neurons, beside the published values. A stopped run goes on where it was.
     """
-    if find_spec("torch") is None:
-        raise InputError("Networks are trained with torch, which is not here; run pip install 'gtm-fmu[train]'.")
+    check_run_folder(output)
+    check_installed("torch", "Networks are trained with")
     from gtm_study.paper.protocol import Protocol, run
     from gtm_study.paper.protocol_report import protocol_report, summary
 

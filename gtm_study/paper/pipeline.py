@@ -2,15 +2,15 @@
 
 import json
 from collections.abc import Callable, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
 from gtm_fmu.errors import InputError
+from gtm_fmu.extras import check_installed
 from gtm_study.files import write_text
-from gtm_study.kept import Kept, Part, run_folder
+from gtm_study.kept import Kept, Part, check_run_folder, run_folder
 from gtm_study.paper.registry import comparison
 from gtm_study.paper.report import study_report
 from gtm_study.paper.stages import LEVELS, STAGES, USUAL_LEVEL, Run, Sizes, Stage
@@ -47,8 +47,8 @@ def run(
             missing.
     """
     wanted = chosen(level, only)
-    if find_spec("torch") is None:
-        raise InputError("The study trains networks with torch, which is not here; run pip install 'gtm-fmu[train]'.")
+    check_run_folder(output)
+    check_installed("torch", "The study trains networks with")
     this = Run(run_folder(output), seed, sizes or Sizes())
     kept = Kept(this.folder, seed=seed, sizes=this.sizes)
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from gtm_fmu.conformal import EPSILON, least_cases
 from gtm_fmu.errors import InputError
+from gtm_fmu.extras import check_installed
 from surrogate.models.evaluation import check_result_names
 from surrogate.models.local_models import LocalModelNetwork
 from surrogate.models.network import Network
@@ -129,8 +130,8 @@ def train_model(
     Raises:
         InputError: torch is missing, or the samples cannot be learnt from.
     """
-    if method in NETWORKS and find_spec("torch") is None:
-        raise InputError("Networks are trained with torch, which is not here; run pip install 'gtm-fmu[train]'.")
+    if method in NETWORKS:
+        check_installed("torch", "Networks are trained with")
     try:
         check({"splits": splits, "hidden": hidden, "seed": seed}, ALLOWED)
         X, Y, weights = distinct_samples(samples.X, samples.Y)

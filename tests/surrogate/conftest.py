@@ -22,7 +22,7 @@ def random_inputs(n: int, seed: int) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def selection() -> Selection:
+def selection(torch) -> Selection:
     """Six rounds on 400 samples of the smooth function."""
     X = random_inputs(400, seed=1)
     return select_network(

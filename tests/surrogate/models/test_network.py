@@ -8,7 +8,6 @@ from math import exp, tanh
 
 import numpy as np
 import pytest
-import torch
 
 from surrogate import Network, Schedule, Variable, train_networks
 from surrogate.core import PackedNetwork, library
@@ -57,7 +56,7 @@ def test_prediction_is_the_papers_regression_equation(shallow):
     np.testing.assert_allclose(shallow.predict(x), y, rtol=1e-13)
 
 
-def test_prediction_agrees_with_torch_layers(network):
+def test_prediction_agrees_with_torch_layers(network, torch):
     a = torch.tensor(random_inputs(200, seed=3) / [4500.0, 5.0, 1.0] - [1.0, 0.0, 0.0])
     for W, b in zip(network.weights, network.biases, strict=True):
         y_p = torch.nn.functional.linear(a, torch.tensor(W), torch.tensor(b))
@@ -160,6 +159,7 @@ def test_standard_deviation_of_a_linear_model_has_its_closed_form(shallow):
     np.testing.assert_allclose(fitted.predict_std(new), np.sqrt(variance)[:, None] * [50.0, 0.01], rtol=1e-12)
 
 
+@pytest.mark.usefixtures("torch")
 def test_standard_deviation_of_a_trained_network_is_that_of_its_errors():
     """Noise of a known size: the network finds it, and its intervals hold the share of new samples that they say."""
     rng = np.random.default_rng(9)

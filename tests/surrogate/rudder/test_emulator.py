@@ -223,6 +223,7 @@ def data() -> xr.Dataset:
     )
 
 
+@pytest.mark.usefixtures("torch")
 class TestTraining:
     def test_samples_and_progress(self, data):
         steps = []

@@ -4,9 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-import torch
 from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
+
+from tests.conftest import WITHOUT_TORCH
+
+torch = pytest.importorskip("torch", reason=WITHOUT_TORCH)
 
 from surrogate.training.bayesian_regularization import effective_parameters
 from surrogate.training.least_squares import Schedule

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
-import torch
 from scipy.optimize import least_squares
+
+from tests.conftest import WITHOUT_TORCH
+
+torch = pytest.importorskip("torch", reason=WITHOUT_TORCH)
 
 from surrogate import Schedule, train_networks
 from surrogate.training.least_squares import PLAIN_SCHEDULE

@@ -4,7 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import torch
+
+from tests.conftest import WITHOUT_TORCH
+
+torch = pytest.importorskip("torch", reason=WITHOUT_TORCH)
 
 from surrogate.training.perceptron import PerceptronBatch, nguyen_widrow, split_parameters
 
