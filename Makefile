@@ -1,6 +1,8 @@
 # Two commands: `make study` runs the main job, `make test` the checks. Both set up .venv first, once.
 PYTHON ?= python3
 BIN := .venv/bin
+# Python compiles a module when it is first imported: of most packages only a part.
+INSTALL := $(BIN)/pip install --quiet --no-compile --constraint constraints.txt
 BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/errors.py \
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
 	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py)) surrogate/core/network.c
@@ -13,7 +15,7 @@ study: .venv/installed
 test: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers 2
 	$(BIN)/pytest -n 2 --dist loadfile
 
 # What has no slow nature: no compiled FMU, no training, no whole command.
@@ -64,8 +66,8 @@ wheels: .venv/installed
 
 .venv/installed: $(BUILT_FROM)
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --constraint constraints.txt setuptools wheel casadi lazy-loader numpy
-	$(BIN)/pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[study,train,test,docs]'
+	$(INSTALL) setuptools wheel casadi lazy-loader numpy
+	$(INSTALL) --no-build-isolation --editable '.[study,train,test,docs]'
 	touch $@
 
 clean:

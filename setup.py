@@ -2,6 +2,7 @@
 
 import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 from runpy import run_path
@@ -55,6 +56,14 @@ class BuildCore(build_ext):
         linker = getattr(self.compiler, "linker_so", None)
         if linker:
             self.compiler.linker_so = [flag for flag in linker if not flag.startswith(("-L", "-Wl,-rpath"))]
+        one_by_one = self.compiler.compile
+
+        def compile_side_by_side(sources, **options):
+            with ThreadPoolExecutor(os.cpu_count()) as pool:
+                objects = pool.map(lambda path: one_by_one([path], **options), sources)
+                return [name for names in objects for name in names]
+
+        self.compiler.compile = compile_side_by_side
         super().build_extensions()
 
     def get_ext_filename(self, fullname):
