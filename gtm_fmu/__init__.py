@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from gtm_fmu.aircraft.client import FmuClient, FmuError
     from gtm_fmu.aircraft.failures import Failure
     from gtm_fmu.aircraft.limits import ControlLimits, RateLimits
+    from gtm_fmu.core.configuration import Configuration
     from gtm_fmu.datasets.axes import choices, levels, limits_span, span
     from gtm_fmu.datasets.cases import CaseTable, GivenCases, Sampling
     from gtm_fmu.datasets.distribution import compute
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CaseTable",
+    "Configuration",
     "ControlLimits",
     "Envelope",
     "EnvelopeSlopes",
@@ -85,6 +87,7 @@ _NAMES = {
     "datasets.axes": ("choices", "levels", "limits_span", "span"),
     "datasets.cases": ("CaseTable", "GivenCases", "Sampling"),
     "aircraft.client": ("FmuClient", "FmuError"),
+    "core.configuration": ("Configuration",),
     "datasets.distribution": ("compute",),
     "envelopes.envelope": ("Envelope", "FlightCondition", "envelope"),
     "envelopes.manoeuvres": ("Manoeuvres", "manoeuvres"),

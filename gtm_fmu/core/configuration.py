@@ -91,7 +91,7 @@ class Configuration:
         gust_ft_s: (3) the same along the body axes.
         has_shear: whether the wind grows with the height above the runway.
         runway_altitude_ft: where that height begins.
-        has_stall_asymmetry: whether the wings stall apart (SPEC 5.6).
+        has_stall_asymmetry: whether one wing stalls before the other (SPEC 5.6).
         mass_factor: of mass and inertia.
         cg_offset_ft: (3) by which the centre of gravity lies forward, to the right and down from where it should.
         coefficient_factor: (6) of each of `names.COEFFICIENTS`, all tables summed (SPEC 5).
