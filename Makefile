@@ -5,7 +5,7 @@ BIN := .venv/bin
 INSTALL := $(BIN)/pip install --quiet --no-compile --constraint constraints.txt
 BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/errors.py \
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
-	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py sources.py)) surrogate/core/network.c
+	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py stored_tables.py sources.py)) surrogate/core/network.c
 
 .PHONY: study test quick coverage docs publish-study benchmarks publish-benchmarks pythons wheels clean
 

@@ -1,8 +1,4 @@
-"""The aerodynamic tables of every configuration (SPEC 5, 10.4, 10.5), next to the folded ones of the study.
-
-The folded tables serve here too where they are not special: the basic airframe, the dynamic terms and the rudder,
-whose table over both signs of the deflection is that of each half.
-"""
+"""The aerodynamic tables that are looked up over axes of their own (SPEC 5.6, 10.4, 10.5), and never extrapolated."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from gtm_fmu.airframe.damage import DAMAGE_CASES
-from gtm_fmu.airframe.folding import check_symmetric, folded_tables, resample
 from gtm_fmu.airframe.names import COEFFICIENTS
 from gtm_fmu.airframe.surfaces import FLAPS
 from gtm_fmu.airframe.tables import Table, load_tables
@@ -26,47 +21,28 @@ _STALL = STALL_ROLL * np.outer([0.0, 1.0, 0.0], [0.0, 1.0, 1.0, 0.0])
 
 @dataclass(frozen=True)
 class ConfiguredTables:
-    """Multilinear tables, extrapolated unless clipping is mentioned; axes as in `FoldedTables`, the others here.
+    """Multilinear tables, clipped at the ends of their axes; six components are CX CY CZ Cl Cm Cn.
 
-    Six components are CX CY CZ Cl Cm Cn. Damage cases are counted from 1 in the database and from 0 here.
+    Damage cases are counted from 1 in the database and from 0 here.
     """
 
-    spoiler_deg: np.ndarray
-    stabilizer_deg: np.ndarray
     damage_alpha: np.ndarray
     damage_beta: np.ndarray
-    aileron: np.ndarray
-    """The right one, [alpha, beta, aileron_deg, 6]"""
-    spoiler: np.ndarray
-    """The right ones, [alpha, beta, spoiler_deg, 6]"""
-    elevator: np.ndarray
-    """With the stabiliser, [stabilizer_deg, alpha, beta, elevator_deg, CX CZ Cm]"""
-    gear: np.ndarray
-    """[alpha, CX CZ Cm]"""
     flap: np.ndarray
     """Per deg, [panel in the order of `surfaces.FLAPS`, 6]"""
     stall: np.ndarray
-    """Roll asymmetry, clipped, [STALL_ALPHA, STALL_BETA, 6]"""
+    """Roll asymmetry, [STALL_ALPHA, STALL_BETA, 6]"""
     damage: np.ndarray
-    """Clipped, [case, damage_alpha, damage_beta, 6]"""
+    """[case, damage_alpha, damage_beta, 6]"""
     damage_scale: np.ndarray
-    """Factors of the tables of p, q and r, clipped, [case, damage_alpha, rate, the table's three components]"""
-    damage_increment: np.ndarray
-    """CY per normalised rate, [case, alpha, rate]"""
+    """Factors of the tables of p, q and r, [case, damage_alpha, rate, the table's three components]"""
     rate_alpha: np.ndarray
     """Lowest and highest alpha of the tables of p, q and r, where damage clips them, [rate, 2]"""
 
 
 def configured_tables(tables: Mapping[str, Table] | None = None) -> ConfiguredTables:
-    """The tables, on the axes alpha and beta of `folded_tables`."""
+    """The tables of the data file, or of others."""
     tables = load_tables() if tables is None else tables
-    alpha = folded_tables(tables).alpha
-    for name in ("dC6_ail", "dC6_spo"):
-        check_symmetric(tables[name], "beta")  # a left panel is looked up by mirroring its place on the axis
-
-    def over_alpha(name: str, axis: int = 0) -> np.ndarray:
-        return resample(tables[name].values, tables[name].axis("alpha"), alpha, axis)
-
     panels = list(tables["flaps"].axis("panel"))
     base, scale = tables["dC6_damage.bas"], tables["dC6_damage.ddscale"]
     if not np.array_equal(base.axis("alpha"), scale.axis("alpha")):
@@ -78,18 +54,11 @@ def configured_tables(tables: Mapping[str, Table] | None = None) -> ConfiguredTa
     stall = np.zeros((*_STALL.shape, len(COEFFICIENTS)))
     stall[..., COEFFICIENTS.index("Cl")] = _STALL
     return ConfiguredTables(
-        spoiler_deg=tables["dC6_spo"].axis("spo"),
-        stabilizer_deg=tables["dC3_ele"].axis("stab"),
         damage_alpha=base.axis("alpha"),
         damage_beta=base.axis("beta"),
-        aileron=over_alpha("dC6_ail"),
-        spoiler=over_alpha("dC6_spo"),
-        elevator=np.moveaxis(over_alpha("dC3_ele"), 2, 0),
-        gear=over_alpha("dC3_lgr")[:, 1],
         flap=tables["flaps"].values[[panels.index(name.lower()) for name in FLAPS]],
         stall=stall,
         damage=np.moveaxis(base.values, 2, 0),
         damage_scale=np.moveaxis(np.stack(by_rate, axis=2), 1, 0),
-        damage_increment=np.moveaxis(over_alpha("dC6_damage.ddinc")[..., COEFFICIENTS.index("CY")], 1, 0),
         rate_alpha=np.array([tables[name].axis("alpha")[[0, -1]] for name in RATES.values()]),
     )

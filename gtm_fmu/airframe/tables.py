@@ -11,7 +11,7 @@ breakpoints alone; between them every table is multilinear (SPEC 1). `gtm_fmu.ai
 
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +82,10 @@ class Table:
             rate and panel.
         components: coefficients along the last axis, body axes.
         values: shape (*[len(axis) for axis in axes], len(components)); per deg of deflection for `flaps`.
+        fitted: the axis that its lines run along; None if the table is stored as values.
+        coefficients: of the lines' Chebyshev polynomials, shape (degree + 1, *lines); lines follow the other axes and
+            the components. Of degree 0, the values themselves, where nothing is fitted.
+        tabulated: which lines are no polynomials, shape (*lines).
     """
 
     name: str
@@ -89,10 +93,38 @@ class Table:
     axes: tuple[np.ndarray, ...]
     components: tuple[str, ...]
     values: np.ndarray
+    fitted: str | None
+    coefficients: np.ndarray
+    tabulated: np.ndarray
 
     def axis(self, name: str) -> np.ndarray:
         """Breakpoints of the axis of that name."""
         return self.axes[self.axis_names.index(name)]
+
+    @property
+    def line_axes(self) -> tuple[str, ...]:
+        """Names of the axes that lines follow, components aside."""
+        return tuple(name for name in self.axis_names if name != self.fitted)
+
+    @property
+    def lines(self) -> np.ndarray:
+        """Values line by line, shape (*lines, points of the fitted axis)."""
+        if self.fitted is None:
+            return self.values[..., np.newaxis]
+        return np.moveaxis(self.values, self.axis_names.index(self.fitted), -1)
+
+    def at(self, axis: str, position: float) -> "Table":
+        """The table at a breakpoint or label of an axis that lines follow."""
+        place, line = self.axis_names.index(axis), self.line_axes.index(axis)
+        index = int(np.flatnonzero(self.axes[place] == position)[0])
+        return replace(
+            self,
+            axis_names=self.axis_names[:place] + self.axis_names[place + 1 :],
+            axes=self.axes[:place] + self.axes[place + 1 :],
+            values=self.values.take(index, place),
+            coefficients=self.coefficients.take(index, line + 1),
+            tabulated=self.tabulated.take(index, line),
+        )
 
 
 def load_tables(path: Path | str | None = None) -> dict[str, Table]:
@@ -121,18 +153,20 @@ def _decode(name: str, layout: Layout, members: Mapping[str, np.ndarray]) -> Tab
     shape = (*(len(axis) for axis in axes), len(layout.components))
     if layout.fitted is None:
         values = members[f"{name}/values"].reshape(shape)
+        coefficients, tabulated = values[np.newaxis], np.zeros(shape, dtype=bool)
     else:
         fitted = layout.axes.index(layout.fitted)
         lines = shape[:fitted] + shape[fitted + 1 :]
         present = _unpack(members[f"{name}/present"], (layout.degree + 1, *lines))
-        coefficients = np.zeros(present.shape)
+        coefficients, tabulated = np.zeros(present.shape), np.zeros(lines, dtype=bool)
         coefficients[present] = members[f"{name}/coefficients"]
         along_line = chebyshev.chebval(axes[fitted] / np.abs(axes[fitted]).max(), coefficients)
         if layout.has_tabulated_entries:
-            along_line[_unpack(members[f"{name}/tabulated"], lines)] = members[f"{name}/tabulated_values"]
+            tabulated = _unpack(members[f"{name}/tabulated"], lines)
+            along_line[tabulated] = members[f"{name}/tabulated_values"]
         values = np.ascontiguousarray(np.moveaxis(along_line, -1, fitted))
     values.setflags(write=False)
-    return Table(name, layout.axes, axes, layout.components, values)
+    return Table(name, layout.axes, axes, layout.components, values, layout.fitted, coefficients, tabulated)
 
 
 def _unpack(bits: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:

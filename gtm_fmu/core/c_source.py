@@ -49,9 +49,14 @@ def _cells(axis: np.ndarray) -> tuple[float, list[int]]:
     return 1 / width, intervals.tolist()
 
 
+def padded_width(components: int) -> int:
+    """A vector-friendly width of so many components."""
+    return SIX if components > THREE else THREE
+
+
 def table_definition(name: str, values: np.ndarray) -> str:
-    """C of a table; its last axis, the components, padded with zeros to a vector-friendly width."""
-    width = SIX if values.shape[-1] > THREE else THREE
+    """C of a table; its last axis, the components, padded with zeros."""
+    width = padded_width(values.shape[-1])
     padded = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, width - values.shape[-1])]).ravel()
     rows = (padded[i : i + 8] for i in range(0, padded.size, 8))
     numbers = ",\n".join(", ".join(repr(float(v)) for v in row) for row in rows)

@@ -3,21 +3,20 @@
 Runs when the package is built (`setup.py`); nothing is compiled later.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import casadi as ca
-import numpy as np
 
 from gtm_fmu.airframe import airdata, linear_scales, motion, steady_manoeuvre
 from gtm_fmu.airframe.actuators import SERVOS
 from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import GRAVITY, Atmosphere, atmosphere
 from gtm_fmu.airframe.configuration import PARAMETERS
-from gtm_fmu.airframe.configured_tables import RATES, configured_tables
+from gtm_fmu.airframe.configured_tables import RATES
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.engines import engine
-from gtm_fmu.airframe.folding import FoldedTables, folded_tables
+from gtm_fmu.airframe.lookup_axes import lookup_axes
 from gtm_fmu.airframe.mass import WING_AREA, mass_properties
 from gtm_fmu.airframe.names import (
     ACCELERATED,
@@ -35,7 +34,9 @@ from gtm_fmu.airframe.names import (
     TWO_THROTTLE_UNKNOWNS,
 )
 from gtm_fmu.airframe.surfaces import AERODYNAMIC, COMMANDED, ELEVATOR_ARMS, FLAPS, PANELS, SPOILERS
-from gtm_fmu.core.c_source import axis_definition, function, slope_through_tables, table_definition, write_functions
+from gtm_fmu.airframe.tables import Table, load_tables
+from gtm_fmu.core import stored_tables
+from gtm_fmu.core.c_source import axis_definition, function, slope_through_tables, write_functions
 from gtm_fmu.core.generate_configured import configured_tables_source, generate_configured
 
 STUDY_MASS = mass_properties()  # full fuel, no damage (SPEC 9)
@@ -87,24 +88,24 @@ def atmosphere_function() -> ca.Function:
     return function("cas_atmosphere", [altitude], [at_altitude.density, at_altitude.pressure_ratio])
 
 
-def tables_source(tables: FoldedTables) -> str:
-    """Content of tables.c: axes with their search cells, and values as the kernel `gtm/table.c` lays them out."""
-    text = ['#include "gtm/table.h"\n']
-    axes = {name: getattr(tables, f"{name}_deg") for name in ("elevator", "aileron", "rudder")}
-    axes |= {name: getattr(tables, name) for name in ("alpha", "beta", "p_hat", "q_hat", "r_hat", "omega_hat")}
+def tables_source(database: Mapping[str, Table]) -> str:
+    """Content of tables.c: axes with their search cells, and tables as `gtm/table.c` has them."""
+    common, stored = lookup_axes(database), stored_tables.folded(database)
+    axes = {name: getattr(common, f"{name}_deg") for name in ("elevator", "aileron", "rudder")}
+    axes |= {name: getattr(common, name) for name in ("alpha", "beta", "p_hat", "q_hat", "r_hat", "omega_hat")}
+    text = [f'#include "gtm/{header}.h"\n' for header in ("table", "unfold")]
     text.extend(axis_definition(name, axis) for name, axis in axes.items())
-    values = {name: getattr(tables, name) for name in ("basic", "elevator", "aileron", "rudder", "p", "q", "r")}
-    values["omega"] = np.swapaxes(tables.omega, 1, 2)  # omega_hat innermost, as a deflection in the other tables
-    for name, table in values.items():
-        text.append(table_definition(name, table))
+    text.extend(each.definition(name) for name, each in stored.items())
+    text.extend(each.table_definition(name, common) for name, each in stored.items())
     return "".join(text)
 
 
 def table_sources() -> dict[str, str]:
     """The two largest of the generated files by their names; a wheel leaves them out, for they are made in a moment."""
+    database = load_tables()
     return {
-        "tables.c": tables_source(folded_tables()),
-        "configured_tables.c": configured_tables_source(configured_tables()),
+        "tables.c": tables_source(database),
+        "configured_tables.c": configured_tables_source(database),
     }
 
 
@@ -114,6 +115,7 @@ def write_headers(folder: Path) -> None:
     order.h has sizes, and the order of states and of the arguments of look-ups; unknowns.h the places of a trim's
     unknowns, whose names have no prefix.
     """
+    database = load_tables()
     arrays = {
         **{"NX": STATES, "NL": LINEAR_STATES, "NU": CONTROLS, "NY": OUTPUTS, "NC": COEFFICIENTS, "NK": LOOKUPS},
         **{"NF": ACCELERATED, "NT": TRIM_UNKNOWNS},
@@ -124,6 +126,7 @@ def write_headers(folder: Path) -> None:
         **{"PANELS": PANELS, "SEGMENTS": ELEVATOR_ARMS, "DAMAGE_CASES": DAMAGE_CASES, "RATES": RATES, "SERVOS": SERVOS},
     }
     counts = {name: len(values) for name, values in (arrays | parts).items()} | {"PARAMETERS": PARAMETERS}
+    counts |= stored_tables.sizes(database, lookup_axes(database))
     places = (*TRIM_UNKNOWNS, *TWO_THROTTLE_UNKNOWNS[len(TRIM_UNKNOWNS) :])
     constants = {"WING_AREA": WING_AREA, "WEIGHT": float(STUDY_MASS.mass * GRAVITY), "GRAVITY": GRAVITY}
     constants["PBH_THRESHOLD"] = linear_scales.PBH_THRESHOLD

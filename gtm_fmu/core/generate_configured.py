@@ -1,6 +1,6 @@
 """Generated C of every configuration: the airframe with its parameters as inputs, and the tables not folded."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import casadi as ca
@@ -10,8 +10,9 @@ from gtm_fmu.airframe import actuators, airdata, engines, motion, steady_manoeuv
 from gtm_fmu.airframe.aerodynamics import lookup_arguments
 from gtm_fmu.airframe.atmosphere import Atmosphere, atmosphere
 from gtm_fmu.airframe.configuration import PARAMETERS, RANGES, Parameters, unpacked
-from gtm_fmu.airframe.configured_tables import STALL_ALPHA, STALL_BETA, ConfiguredTables
+from gtm_fmu.airframe.configured_tables import STALL_ALPHA, STALL_BETA, ConfiguredTables, configured_tables
 from gtm_fmu.airframe.damage import DAMAGE_CASES
+from gtm_fmu.airframe.lookup_axes import lookup_axes
 from gtm_fmu.airframe.mass import components, mass_properties
 from gtm_fmu.airframe.names import (
     COEFFICIENTS,
@@ -24,8 +25,9 @@ from gtm_fmu.airframe.names import (
     TWO_THROTTLE_UNKNOWNS,
 )
 from gtm_fmu.airframe.surfaces import AERODYNAMIC, ALLOCATION, COMMANDED, ELEVATOR_ARMS, ELEVATOR_PART, PANELS
-from gtm_fmu.airframe.tables import LATERAL
+from gtm_fmu.airframe.tables import LATERAL, Table
 from gtm_fmu.airframe.wind import RUNWAY_ALTITUDE_FT
+from gtm_fmu.core import stored_tables
 from gtm_fmu.core.c_source import axis_definition, function, slope_through_tables, table_definition, write_functions
 
 PANEL_TABLES = {
@@ -152,30 +154,31 @@ def _range_definitions(tables: ConfiguredTables) -> list[str]:
     ]
 
 
-def configured_tables_source(tables: ConfiguredTables) -> str:
-    """Content of configured_tables.c: surfaces, ranges, axes and values, as `gtm/configured_table.c` has them."""
+def configured_tables_source(database: Mapping[str, Table]) -> str:
+    """Content of configured_tables.c: surfaces, ranges, axes and tables, as `gtm/configured_table.c` has them."""
+    tables, common = configured_tables(database), lookup_axes(database)
+    stored = stored_tables.configured(database)
+    looked_up = stored | {"right_aileron": stored_tables.folded(database)["aileron"]}
     axes = {
-        "stabilizer": tables.stabilizer_deg,
-        "spoiler": tables.spoiler_deg,
+        "stabilizer": common.stabilizer_deg,
+        "spoiler": common.spoiler_deg,
         "damage_alpha": tables.damage_alpha,
         "damage_beta": tables.damage_beta,
         "stall_alpha": STALL_ALPHA,
         "stall_beta": STALL_BETA,
     }
     values: dict[str, np.ndarray] = {
-        "right_aileron": tables.aileron,
-        "right_spoiler": tables.spoiler,
-        "tail": tables.elevator,
-        "gear": tables.gear,
         "flap": tables.flap,
         "stall": tables.stall,
         "damage": tables.damage,
         "damage_scale": tables.damage_scale,
-        "damage_increment": tables.damage_increment,
     }
-    text = ['#include "gtm/configured_table.h"\n', *_surface_definitions(), *_range_definitions(tables)]
+    text = [f'#include "gtm/{header}.h"\n' for header in ("configured_table", "unfold")]
+    text.extend([*_surface_definitions(), *_range_definitions(tables)])
     text.extend(axis_definition(name, axis) for name, axis in axes.items())
     text.extend(table_definition(name, table) for name, table in values.items())
+    text.extend(each.definition(name) for name, each in stored.items())
+    text.extend(each.table_definition(name, common) for name, each in looked_up.items())
     return "".join(text)
 
 

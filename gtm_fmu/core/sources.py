@@ -10,6 +10,7 @@ LAYERS = {
         "generated/actuators.c",
     ),
     "flight dynamics": (
+        "gtm/unfold.c",
         "gtm/table.c",
         "gtm/motion.c",
         "gtm/condition.c",
@@ -58,7 +59,7 @@ LAYERS = {
 
 WHOLE = tuple(name for files in LAYERS.values() for name in files)
 
-DYNAMICS = ("gtm/motion.c", "gtm/table.c", "generated/airframe.c", "generated/tables.c")
+DYNAMICS = ("gtm/motion.c", "gtm/table.c", "gtm/unfold.c", "generated/airframe.c", "generated/tables.c")
 """What the flight dynamics of the study's configuration need."""
 
 THRUST_MAP = ("thrust_map.c", "gtm/condition.c", "gtm/lagrange.c", "generated/atmosphere.c")

@@ -1,6 +1,18 @@
 #include "gtm/configured_table.h"
 
 #include "gtm/kernel.h"
+#include "gtm/unfold.h"
+
+GTM_AT_LOAD(gtm_unfold_configured_tables)
+
+void gtm_unfold_configured_tables(void)
+{
+    gtm_unfold(&gtm_aileron_stored, 0, 0, gtm_right_aileron_table);
+    gtm_unfold(&gtm_right_spoiler_stored, 0, 0, gtm_right_spoiler_table);
+    gtm_unfold(&gtm_tail_stored, 0, 0, gtm_tail_table);
+    gtm_unfold(&gtm_gear_stored, 0, 0, gtm_gear_table);
+    gtm_unfold(&gtm_damage_increment_stored, 0, 0, gtm_damage_increment_table);
+}
 
 /* As `locate`, but at a breakpoint the interval below it: for a surface that moves against its command. */
 static inline position locate_below(const gtm_axis *axis, double value)

@@ -36,13 +36,16 @@ extern const gtm_range gtm_fuel_used_lb_range, gtm_stabilizer_deg_range, gtm_gea
 extern const double gtm_default_runway, gtm_fastest_servo;
 extern const gtm_range gtm_servo_range[]; /* in the order of actuators.SERVOS */
 
-/* Generated from airframe/configured_tables.py; six components padded to 8, three to 4. */
+/* Generated from airframe/configured_tables.py; six components padded to 8, three to 4. Those that are not constant are
+   zero until gtm_unfold_configured_tables, which runs when the library is loaded, has filled them in. */
 extern const gtm_axis gtm_stabilizer_axis, gtm_spoiler_axis, gtm_damage_alpha_axis, gtm_damage_beta_axis,
     gtm_stall_alpha_axis, gtm_stall_beta_axis;
-extern const double gtm_right_aileron_table[], gtm_right_spoiler_table[], gtm_tail_table[], gtm_gear_table[],
-    gtm_stall_table[], gtm_damage_table[], gtm_damage_scale_table[], gtm_damage_increment_table[],
-    gtm_flap_table[GTM_FLAPS * 8];
+extern double gtm_right_aileron_table[], gtm_right_spoiler_table[], gtm_tail_table[], gtm_gear_table[],
+    gtm_damage_increment_table[];
+extern const double gtm_stall_table[], gtm_damage_table[], gtm_damage_scale_table[], gtm_flap_table[GTM_FLAPS * 8];
 extern const gtm_range gtm_rate_alpha[GTM_RATES];
+
+void gtm_unfold_configured_tables(void);
 
 /* Total coefficients C[6] at K[9] (names.LOOKUPS: deflections are the commands), and slopes T[i*9 + j]. */
 void gtm_configured_coefficients(const gtm_configuration *c, const double K[GTM_NK], double C[GTM_NC]);

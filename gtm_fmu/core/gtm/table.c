@@ -1,4 +1,19 @@
 #include "gtm/kernel.h"
+#include "gtm/unfold.h"
+
+GTM_AT_LOAD(gtm_unfold_tables)
+
+void gtm_unfold_tables(void)
+{
+    gtm_unfold(&gtm_basic_stored, 0, 0, gtm_basic_table);
+    gtm_unfold(&gtm_elevator_stored, 0, 0, gtm_elevator_table);
+    gtm_unfold(&gtm_aileron_stored, 1, 0, gtm_aileron_table);
+    gtm_unfold(&gtm_rudder_stored, 1, 0, gtm_rudder_table);
+    gtm_unfold(&gtm_p_stored, 0, 0, gtm_p_table);
+    gtm_unfold(&gtm_q_stored, 0, 0, gtm_q_table);
+    gtm_unfold(&gtm_r_stored, 0, 0, gtm_r_table);
+    gtm_unfold(&gtm_omega_stored, 0, &gtm_beta_axis, gtm_omega_table);
+}
 
 static inline void look_up(const double *K, int with_slopes, double *C, double *T)
 {

@@ -4,24 +4,17 @@
 #define GTM_TABLE_H
 
 #include "generated/order.h"
+#include "gtm/axis.h"
 
-/* Breakpoints, and uniform cells no wider than the closest two of them: cell -> interval at the cell's start. */
-typedef struct {
-    int points, cells;
-    double inverse_cell_width;
-    const double *point;
-    const unsigned char *interval;
-} gtm_axis;
-
-extern const gtm_axis gtm_alpha_axis, gtm_beta_axis, gtm_elevator_axis, gtm_aileron_axis, gtm_rudder_axis,
-    gtm_p_hat_axis, gtm_q_hat_axis, gtm_r_hat_axis, gtm_omega_hat_axis;
-
-/* Component innermost and padded: 8 for six-component tables, 4 for (CX, CZ, Cm) and (CY, Cl, Cn). */
-extern const double gtm_basic_table[], gtm_aileron_table[], gtm_rudder_table[], gtm_omega_table[],
+/* Component innermost and padded: 8 for six-component tables, 4 for (CX, CZ, Cm) and (CY, Cl, Cn). Zero until
+   gtm_unfold_tables, which runs when the library is loaded, has filled them in. */
+extern double gtm_basic_table[], gtm_aileron_table[], gtm_rudder_table[], gtm_omega_table[],
     gtm_elevator_table[], gtm_p_table[], gtm_q_table[], gtm_r_table[];
 
 /* ft^2, lbf, ft/s^2: what a first guess of a trim needs of the airframe. */
 extern const double gtm_wing_area, gtm_weight, gtm_gravity;
+
+void gtm_unfold_tables(void);
 
 /* Total coefficients C[6] (CX CY CZ Cl Cm Cn) at arguments K[9] (names.LOOKUPS). */
 void gtm_coefficients(const double K[GTM_NK], double C[GTM_NC]);

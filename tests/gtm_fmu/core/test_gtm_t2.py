@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gtm_fmu.aircraft.ranges import WIDEST
-from gtm_fmu.airframe.folding import folded_tables
+from gtm_fmu.airframe.lookup_axes import lookup_axes
 from gtm_fmu.airframe.names import RUDDER, TRIM_UNKNOWNS, TWO_THROTTLE_UNKNOWNS, V
 from gtm_fmu.core import solver
 from gtm_fmu.core.configuration import Configuration
@@ -14,7 +14,7 @@ from gtm_fmu.core.library import library_path
 def test_breakpoints_of_the_rudder_lie_between_its_pieces():
     """Optima lie on either side of them, so each piece is searched on its own."""
     borders = {end for piece in solver.rudder_pieces(*WIDEST["rudder_deg"]) for end in piece}
-    breakpoints = folded_tables().rudder_deg
+    breakpoints = lookup_axes().rudder_deg
     inside = breakpoints[(breakpoints > WIDEST["rudder_deg"][0]) & (breakpoints < WIDEST["rudder_deg"][1])]
     assert len(inside) > 2
     assert set(inside.tolist()) <= borders
@@ -24,7 +24,7 @@ def test_breakpoints_of_the_rudder_lie_between_its_pieces():
 def test_breakpoints_are_those_of_the_tables(axis):
     """The inner ones: beyond the ends tables go on with the slope of the last interval (SPEC 1)."""
     unknown = TRIM_UNKNOWNS.index(axis.removesuffix("_deg"))
-    points = getattr(folded_tables(), axis)
+    points = getattr(lookup_axes(), axis)
     candidates = np.concatenate([points, 0.5 * (points[:-1] + points[1:])])
     y = np.tile(np.ones(len(TRIM_UNKNOWNS)), (len(candidates), 1))
     y[:, unknown] = candidates
