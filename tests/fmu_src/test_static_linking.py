@@ -80,6 +80,9 @@ def test_four_fmus_in_one_program(native_folders, headers, tmp_path):
         shutil.copytree(folder, copy)
         libraries[name] = library(copy, headers, name)
         assert all(symbol.startswith(f"{name}_") for symbol in names_of(libraries[name]))
+    by_hand = "GtmDynamicsNative_gtm_unfold_tables"  # where start-up code runs no constructors
+    assert by_hand in names_of(libraries["GtmDynamicsNative"])
+    assert f"`{by_hand}()`" in PAGE.read_text(encoding="utf-8")
     flags = ["-DFMI2_FUNCTION_PREFIX=VanDerPol_", f"-I{headers}"]
     subprocess.run(["cc", "-c", *flags, FOREIGN / "van_der_pol.c", "-o", tmp_path / "foreign.o"], check=True)
 
