@@ -11,7 +11,6 @@ several rounds; of these, the median over the cases.
 """
 
 import ctypes
-import platform
 import subprocess
 import tempfile
 import time
@@ -22,7 +21,7 @@ import fmpy
 import jsbsim
 import numpy as np
 from fmpy.fmi2 import FMU2Model
-from table import write_json
+from table import machine, write_json
 
 from fmu_src import build
 from fmu_src.packing.native_fmus import NATIVE_MODELS
@@ -188,7 +187,7 @@ def main() -> None:
             for kind, cases in envelope_cases().items()
         }
     result = {
-        "machine": f"{platform.machine()}, Python {platform.python_version()}, JSBSim {jsbsim.__version__}",
+        "machine": f"{machine()}, JSBSim {jsbsim.__version__}",
         "native_us_per_step": round(1e6 * steps["native"], 2),
         "native_real_time_factor": round(STEP_S / steps["native"]),
         "python_fmu_us_per_step": round(1e6 * steps["python"], 2),
