@@ -5,6 +5,7 @@ python docs/site/paper.py build/study
 keeps the results and the pictures of a finished `gtm-fmu study` anew.
 """
 
+import argparse
 import json
 import shutil
 import sys
@@ -76,6 +77,8 @@ def all_results() -> str:
 
 def keep(study: Path) -> None:
     """Take results and pictures out of the folder of a finished study; other pictures of it that docs show, too."""
+    if not (study / "results.json").is_file():
+        sys.exit(f"There is no study in {study}: run `gtm-fmu study --output {study}` first.")
     RESULTS.parent.mkdir(exist_ok=True)
     shutil.copyfile(study / "results.json", RESULTS)
     wanted = {each.figure for each in (*FIGURES, *TABLES)} | {path.stem for path in IMAGES.glob("*.png")}
@@ -93,4 +96,6 @@ def _smaller(picture: Path, target: Path) -> None:
 
 
 if __name__ == "__main__":
-    keep(Path(sys.argv[1]))
+    parser = argparse.ArgumentParser(description="Keep the results and the pictures of a finished study.")
+    parser.add_argument("study", type=Path, help="its folder")
+    keep(parser.parse_args().study)
