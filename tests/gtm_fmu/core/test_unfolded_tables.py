@@ -1,6 +1,8 @@
 """The tables as the core evaluates them when it is loaded, against the data file's, looked up as SPEC 5 says."""
 
 import ctypes
+import os
+import re
 import shutil
 import subprocess
 from math import prod
@@ -12,7 +14,9 @@ from scipy.interpolate import RegularGridInterpolator
 from gtm_fmu.airframe.lookup_axes import lookup_axes
 from gtm_fmu.airframe.names import COEFFICIENTS
 from gtm_fmu.airframe.tables import load_tables
+from gtm_fmu.core import stored_tables
 from gtm_fmu.core.library import library_path
+from gtm_fmu.core.sources import WHOLE
 
 SOURCES = (
     *(f"gtm/{name}.c" for name in ("unfold", "table", "configured_table")),
@@ -172,6 +176,29 @@ def test_breakpoints_of_the_data_have_its_values_to_the_last_bit(tables, unfolde
     at = np.searchsorted(axes["alpha"], tables[table].axis("alpha"))
     values = unfolded(name, *filter(None, ("alpha", "beta", axis)))
     np.testing.assert_array_equal(values[at], tables[table].values)
+
+
+def test_tables_are_written_at_load_alone(tmp_path):
+    """Were they constant, a compiler would find fault with the calls that fill them in and with nothing else."""
+    if shutil.which("cc") is None:
+        pytest.skip("no C compiler `cc` on this machine")
+    core = library_path().parent
+    for header in core.rglob("*.h"):
+        text = re.sub(r"^extern double (?=gtm_\w+_table\[\])", "extern const double ", header.read_text(), flags=re.M)
+        copy = tmp_path / header.relative_to(core)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text(text)
+    users = [name for name in WHOLE if not name.startswith("generated/")]
+    for name in users:
+        (tmp_path / name).write_bytes((core / name).read_bytes())
+    command = ["cc", "-std=c99", "-fsyntax-only", "-fdiagnostics-color=never", "-I.", *users]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"})
+    found = re.findall(r"^(\S+?):(\d+):\d+: (?:warning|error)", run.stderr, re.MULTILINE)
+    complaints = [(tmp_path / name).read_text().splitlines()[int(line) - 1] for name, line in found]
+    filled = [re.fullmatch(r" +gtm_unfold\(.*, (gtm_\w+_table)\);", line) for line in complaints]
+    assert all(filled), run.stderr
+    stored = {*stored_tables.folded(load_tables()), *stored_tables.configured(load_tables()), "right_aileron"}
+    assert sorted(match[1] for match in filled if match) == sorted(f"gtm_{name}_table" for name in stored)
 
 
 def test_folded_surfaces_mirror(unfolded):
