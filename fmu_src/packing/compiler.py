@@ -25,7 +25,7 @@ from gtm_fmu.files import temporary_folder
 FLAGS = ("-std=c99", "-O2", "-g0", "-fvisibility=hidden")
 _ELF = ("-shared", "-Wl,-Bsymbolic", "-Wl,--build-id=none", "-Wl,-z,defs")
 """An FMU calls its own functions, whatever else a process has loaded."""
-_WINDOWS = ("-shared", "-nostdlib", "-rtlib=compiler-rt", "-Wl,--no-entry")
+_WINDOWS = ("-shared", "-nostdlib", "-rtlib=compiler-rt", "-Wl,-e,DllMainCRTStartup")
 """With the C library of Windows itself and windows.c: Zig need not compile one, which takes minutes."""
 
 LONGEST_S = 600

@@ -18,5 +18,19 @@ int snprintf(char *restrict text, size_t size, const char *restrict format, ...)
     return length;
 }
 
+/* Functions with the attribute constructor, between -1 and a null; the linker lists them. */
+extern void (*__CTOR_LIST__[])(void);
+
+/* What Windows calls as it loads and unloads the library, in the place of a C runtime's. */
+int DllMainCRTStartup(void *library, unsigned reason, void *reserved)
+{
+    enum { LOADED = 1 };
+    (void)library;
+    (void)reserved;
+    if (reason == LOADED)
+        for (int k = 1; __CTOR_LIST__[k]; k++) __CTOR_LIST__[k]();
+    return 1;
+}
+
 /* isfinite asks it */
 int __fpclassify(double x) { return __builtin_fpclassify(FP_NAN, FP_INFINITE, FP_NORMAL, FP_SUBNORMAL, FP_ZERO, x); }
