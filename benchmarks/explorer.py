@@ -16,6 +16,7 @@ from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.envelopes.boundary import envelope_boundary
 from gtm_fmu.envelopes.envelope import FlightCondition
 from gtm_study.explorer.page import explorer_page
+from gtm_study.paper.advice import shares_by_kind
 from tests.browser import DESKTOP, chromium, new_tab
 
 MOVES = 40
@@ -53,7 +54,7 @@ def main() -> None:
     rows = []
     with TemporaryDirectory() as folder, chromium(Path(folder, "profile")) as browser, new_tab(browser) as (tab, _):
         page = Path(folder, "explorer.html")
-        page.write_text(explorer_page(), encoding="utf-8")
+        page.write_text(explorer_page(shares_by_kind()), encoding="utf-8")
         tab.set_viewport_size(DESKTOP)
         tab.goto(page.as_uri())
         tab.wait_for_function("document.body.dataset.answered")

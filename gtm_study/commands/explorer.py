@@ -26,7 +26,8 @@ def explorer(
         raise InputError(f"{output} does not end in .html; name the page so.")
     check_writable(output)
     from gtm_study.explorer.page import explorer_page
+    from gtm_study.paper.advice import shares_by_kind
 
     with stages(Console(stderr=True, quiet=not sys.stderr.isatty())) as stage, stage("Compile the core for browsers"):
-        write_text(explorer_page(), output)
+        write_text(explorer_page(shares_by_kind()), output)
     print(json.dumps({"page": str(output)}) if as_json else f"The page is {output}.")

@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 import re
+from collections.abc import Mapping
 from importlib.metadata import version
 from importlib.resources import files
 from string import Template
@@ -12,13 +13,10 @@ from typing import Any
 import numpy as np
 
 from gtm_fmu.aircraft import ranges
-from gtm_fmu.aircraft.failures import Failure
-from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.aircraft.ranges import ALPHA_DEG, BETA_DEG, PHI_DEG, WIDEST
 from gtm_fmu.airframe.damage import DAMAGE_CASES
 from gtm_fmu.airframe.names import CONTROLS, TRIM_UNKNOWNS
 from gtm_fmu.core import solver
-from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.core.query import ANSWER
 from gtm_fmu.core.sections import INTERVALS
 from gtm_fmu.envelopes.envelope import THROTTLE_WITHOUT_LIMIT
@@ -29,7 +27,6 @@ from gtm_fmu.units import DEG_PER_RAD, KT_PER_FT_S, RAD_PER_DEG
 from gtm_study.explorer.webassembly import core_module
 from gtm_study.figures.envelopes import COLOURS
 from gtm_study.figures.pages import page_style
-from gtm_study.paper.advice import global_shares
 from surrogate.exports.closed_form import closed_form
 from surrogate.exports.javascript import javascript
 from surrogate.models.network import Network
@@ -48,12 +45,6 @@ _USUAL = {
     "flap_deg": 0.0,
     "spoiler_deg": 0.0,
 }
-_FAILURES = {
-    "rudder": Failure(),
-    "controls": Failure(ControlLimits(aileron_deg=(0.0, 0.0))),
-    "everything": Failure(configuration=Configuration(damage_case=1)),
-}
-"""One of each kind that global indices are known of: of the rudder alone, of controls, and of the airframe too."""
 _EXAMPLES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("healthy aircraft", {}),
     ("rudder jammed at 15 deg", {"rudder.lower": 15.0, "rudder.upper": 15.0}),
@@ -133,12 +124,14 @@ def facts() -> dict[str, Any]:
         "inputs": _inputs(),
         "examples": [{"label": label, "values": values} for label, values in _EXAMPLES],
         "colours": COLOURS,
-        "shares": {kind: global_shares(failure).sentence for kind, failure in _FAILURES.items()},
     }
 
 
-def explorer_page() -> str:
+def explorer_page(shares: Mapping[str, str]) -> str:
     """The page, which asks no network for anything.
+
+    Args:
+        shares: a sentence on what matters over all failures of a kind, as `gtm_study.paper.advice.shares_by_kind`.
 
     Raises:
         InputError: Zig, which compiles the core for browsers, is missing.
@@ -152,7 +145,7 @@ def explorer_page() -> str:
     return Template(text["explorer.html"]).substitute(
         css=page_style() + text["explorer.css"],
         version=version("gtm-fmu"),
-        facts=_json({**facts(), "map": _map(ThrustMap.load())}),
+        facts=_json({**facts(), "shares": dict(shares), "map": _map(ThrustMap.load())}),
         core=_packed(core_module()),
         worker="\n".join([*networks, text["core.js"], text["worker.js"]]),
         plotly=get_plotlyjs(),

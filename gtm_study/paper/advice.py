@@ -13,7 +13,9 @@ from rich.box import SIMPLE
 from rich.table import Column, Table
 
 from gtm_fmu.aircraft.failures import Failure
+from gtm_fmu.aircraft.limits import ControlLimits
 from gtm_fmu.airframe.names import CONTROLS
+from gtm_fmu.core.configuration import Configuration
 from gtm_fmu.envelopes.slopes import Change, EnvelopeSlopes, Quantity, QuantitySlopes, Sides
 from gtm_study.figures import captions
 from gtm_study.paper import every_failure, rudder_grid, rudder_sensitivity
@@ -172,6 +174,16 @@ def global_shares(failure: Failure) -> GlobalShares:
     by_control |= {f"throttle_{engine}": by_control["throttle"] for engine in ("left", "right")}
     total = {f"{name}{side}": row for name, row in by_control.items() for side in ("", ".lower", ".upper")}
     return GlobalShares(f"the width of the envelope, where {failing} at once", width, total)
+
+
+def shares_by_kind() -> dict[str, str]:
+    """What matters over all failures of the rudder alone, of controls, and of the airframe too: a sentence each."""
+    kinds = {
+        "rudder": Failure(),
+        "controls": Failure(ControlLimits(aileron_deg=(0.0, 0.0))),
+        "everything": Failure(configuration=Configuration(damage_case=1)),
+    }
+    return {kind: global_shares(one_of_them).sentence for kind, one_of_them in kinds.items()}
 
 
 def _rows(estimate: Estimate, names: tuple[str, ...]) -> list[dict[str, float]]:

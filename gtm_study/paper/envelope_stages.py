@@ -19,6 +19,7 @@ from gtm_study.figures import maps as map_figures
 from gtm_study.figures.families import family_page, plot_family
 from gtm_study.files import write_text
 from gtm_study.paper import asymmetry, certainty, comparisons, lattice, nasa_comparison, paths
+from gtm_study.paper.advice import shares_by_kind
 from gtm_study.paper.counterpart import table
 from gtm_study.paper.stage import Run, Written, build, draw
 
@@ -179,7 +180,7 @@ def explorer(run: Run, advance: Advance, written: Written) -> dict[str, Any]:
     if find_spec("ziglang") is None:
         return {"page": None, "why": "left out: it needs Zig, pip install 'gtm-fmu[cross]'"}
     written.append(run.folder / "explorer.html")
-    write_text(explorer_page(), written[-1])
+    write_text(explorer_page(shares_by_kind()), written[-1])
     return {"page": written[-1].name}
 
 

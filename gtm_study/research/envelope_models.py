@@ -108,8 +108,10 @@ class CaseModel:
     def fit(self, data: OffLattice) -> "CaseModel":
         """Learn the speeds where there is an envelope, and t_min where there is one."""
         known = np.isfinite(data.t_min_pct)
-        self.throttle = self.make().fit(data.X[known], data.t_min_pct[known, None])
-        self.speeds = self.make().fit(data.X[data.feasible], data.speeds_kt[data.feasible])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # support vectors stop at a bound that we set
+            self.throttle = self.make().fit(data.X[known], data.t_min_pct[known, None])
+            self.speeds = self.make().fit(data.X[data.feasible], data.speeds_kt[data.feasible])
         return self
 
     def predict(self, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,7 @@ from gtm_fmu.envelopes.thrust_map import ThrustMap
 from gtm_fmu.units import DEG_PER_RAD, FT_S_PER_KT
 from gtm_study.explorer.page import explorer_page
 from gtm_study.paper import rudder_grid, rudder_sensitivity
+from gtm_study.paper.advice import shares_by_kind
 from surrogate.rudder.emulator import RudderEmulator
 from tests.browser import CHROMIUM, DESKTOP, NO_CHROMIUM, PHONE, assert_accessible, chromium, new_tab
 
@@ -29,7 +30,7 @@ RANDOM = np.random.default_rng(7)
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     path = tmp_path_factory.mktemp("explorer") / "explorer.html"
-    path.write_text(explorer_page(), encoding="utf-8")
+    path.write_text(explorer_page(shares_by_kind()), encoding="utf-8")
     return path
 
 
