@@ -49,14 +49,16 @@ publish-benchmarks:
 # The quick tests on other Pythons that are here, and with the oldest libraries that are allowed; needs uv. Without torch:
 # not every Python has one that is small.
 PYTHONS ?= 3.12 3.13 3.14
-WITHOUT_TORCH := '.[study,test]' 'scikit-learn>=1.6' 'joblib>=1.3' 'threadpoolctl>=3.3'
+WITHOUT_TORCH := build/pythons/without_torch.txt
 pythons: .venv/installed
+	@mkdir -p build/pythons; echo "torch; python_version < '3'" > $(WITHOUT_TORCH)
 	@for name in lowest $(PYTHONS); do \
 		python=$$name; resolution=highest; \
 		if [ $$name = lowest ]; then python=3.11; resolution=lowest-direct; fi; \
 		venv=build/pythons/$$name; \
 		uv venv --quiet --clear --no-python-downloads --python $$python $$venv || { echo "no Python $$python here"; continue; }; \
-		uv pip install --quiet --python $$venv/bin/python --resolution $$resolution $(WITHOUT_TORCH) || exit 1; \
+		uv pip install --quiet --python $$venv/bin/python --resolution $$resolution \
+			--overrides $(WITHOUT_TORCH) '.[study,train,test]' || exit 1; \
 		$$venv/bin/python -m pytest -q -n 2 --dist loadfile -m "not slow" || exit 1; \
 	done
 
