@@ -57,7 +57,7 @@ pythons: .venv/installed
 		if [ $$name = lowest ]; then python=3.11; resolution=lowest-direct; fi; \
 		venv=build/pythons/$$name; \
 		uv venv --quiet --clear --no-python-downloads --python $$python $$venv || { echo "no Python $$python here"; continue; }; \
-		uv pip install --quiet --python $$venv/bin/python --resolution $$resolution \
+		uv pip install --quiet --compile-bytecode --python $$venv/bin/python --resolution $$resolution \
 			--overrides $(WITHOUT_TORCH) '.[study,train,test]' || exit 1; \
 		$$venv/bin/python -m pytest -q -n 2 --dist loadfile -m "not slow" || exit 1; \
 	done

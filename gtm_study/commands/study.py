@@ -35,14 +35,15 @@ def study(
         for stage in STAGES:
             print(f"{stage.name:20} {stage.level:6} {stage.title}")
         return
+    from gtm_study.kept import check_run_folder
     from gtm_study.paper.pipeline import run
     from gtm_study.paper.report import study_report
     from gtm_study.report.browser import PDF, check_browser, write_pdf
     from gtm_study.report.page import PAGE, write_page
 
+    check_run_folder(output)
     if pdf:
         check_browser()
-
     results = run(output, seed, level, only or (), after_stage=write_page)
     if pdf:
         write_pdf(output / PAGE, output / PDF)

@@ -21,8 +21,10 @@ class TestFolder:
         assert run_folder(tmp_path / "run") == tmp_path / "run"
 
     @pytest.mark.parametrize("command", ["study", "study --pdf", "protocol", "surrogates"])
-    def test_of_the_user(self, ask, tmp_path, command):
-        """What is there stays as it is, and nothing comes to it."""
+    def test_of_the_user(self, ask, tmp_path, command, monkeypatch):
+        """What is there stays as it is, nothing comes to it, and what the machine lacks is told later."""
+        monkeypatch.setattr("gtm_fmu.extras.find_spec", lambda library: None)
+        monkeypatch.setattr("gtm_study.report.browser.BROWSERS", ())
         (tmp_path / "index.html").write_text("mine")
         told = ask(*command.split(), "--output", tmp_path)
         assert told.code == 2
