@@ -3,6 +3,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 # Python compiles a module when it is first imported: of most packages only a part.
 INSTALL := $(BIN)/pip install --quiet --no-compile --constraint constraints.txt
+# Files in the order of tests/conftest.py, not by their numbers of tests.
+TWO_WORKERS := -n 2 --dist loadfile --no-loadscope-reorder
 BUILT_FROM := pyproject.toml setup.py constraints.txt gtm_fmu/units.py gtm_fmu/errors.py \
 	$(wildcard gtm_fmu/airframe/*.py gtm_fmu/airframe/data/*) \
 	$(wildcard $(addprefix gtm_fmu/core/,*.c *.h gtm/*.[ch] solver/*.[ch] generate*.py c_source.py stored_tables.py sources.py)) surrogate/core/network.c
@@ -16,16 +18,16 @@ test: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy --num-workers 2
-	$(BIN)/pytest -n 2 --dist loadfile
+	$(BIN)/pytest $(TWO_WORKERS)
 
 # What has no slow nature: no compiled FMU, no training, no whole command.
 quick: .venv/installed
-	$(BIN)/pytest -n 2 --dist loadfile -m "not slow"
+	$(BIN)/pytest $(TWO_WORKERS) -m "not slow"
 
 # Which lines the tests reach, those that run in other processes included; fails below the floor in pyproject.toml.
 coverage: .venv/installed
 	$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest -n 2 --dist loadfile
+	$(BIN)/coverage run -m pytest $(TWO_WORKERS)
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
@@ -59,7 +61,7 @@ pythons: .venv/installed
 		uv venv --quiet --clear --no-python-downloads --python $$python $$venv || { echo "no Python $$python here"; continue; }; \
 		uv pip install --quiet --compile-bytecode --python $$venv/bin/python --resolution $$resolution \
 			--overrides $(WITHOUT_TORCH) '.[study,train,test]' || exit 1; \
-		$$venv/bin/python -m pytest -q -n 2 --dist loadfile -m "not slow" || exit 1; \
+		$$venv/bin/python -m pytest -q $(TWO_WORKERS) -m "not slow" || exit 1; \
 	done
 
 # The source archive and a wheel for each platform.

@@ -1,5 +1,6 @@
 """Fixtures that several tests share."""
 
+import shutil
 from functools import reduce
 from operator import getitem
 from pathlib import Path
@@ -54,6 +55,22 @@ def database_tables(shared_folder: Path) -> dict[str, SimpleNamespace]:
     panels = ("flaplob", "flaplib", "flaprib", "flaprob")
     flaps = np.array([database["flaps"][panel] for panel in panels])
     return {**tables, "flaps": SimpleNamespace(axes=(panels,), values=flaps)}
+
+
+def pytest_collection_modifyitems(items) -> None:
+    """Files with slow tests first: where several workers share a run, short ones fill its end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
+
+
+@pytest.fixture(scope="session")
+def quick_compiler(tmp_path_factory) -> Path:
+    """A folder for the front of PATH, with a C compiler that takes no time to optimise, where there is one at all."""
+    folder = tmp_path_factory.mktemp("bin")
+    if compiler := shutil.which("cc"):
+        (folder / "cc").write_text(f'#!/bin/sh\nexec {compiler} "$@" -O0\n')
+        (folder / "cc").chmod(0o755)
+    return folder
 
 
 def pytest_terminal_summary(terminalreporter) -> None:

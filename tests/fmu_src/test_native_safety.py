@@ -121,7 +121,7 @@ def test_no_state_outside_instances(networks, folder):
     """No writable data in the compiled wrappers, models and core: nothing that two instances could share.
 
     But for the aerodynamic tables, which are written before the first call; tests/gtm_fmu/core/test_unfolded_tables.py
-    sees to it that nothing else writes them.
+    sees to it that nothing else writes them. Not optimised, so that no compiler takes any away.
     """
     needs("gcc", "nm")
     objects = set()
@@ -129,7 +129,7 @@ def test_no_state_outside_instances(networks, folder):
         place = folder / model
         sources = sources_of(model, networks, place)
         files = [name for name in sources if name.endswith(".c") and name != "calls.c"]
-        objects |= {compiled("gcc", PLAIN, name, sources, place) for name in files}
+        objects |= {compiled("gcc", (*PLAIN, "-O0"), name, sources, place) for name in files}
     symbols = subprocess.run(["nm", *objects], capture_output=True, text=True, check=True).stdout
     writable = (["b"], ["B"], ["C"], ["d"], ["D"])
     shared = {line.split()[-1] for line in symbols.splitlines() if line.split()[-2:-1] in writable}

@@ -1,5 +1,6 @@
 """The command line: JSON spelt as in DESIGN.md, trims of SPEC 13, exit codes, help with examples that work."""
 
+import os
 import re
 import shlex
 import subprocess
@@ -335,8 +336,9 @@ class TestHelp:
         return words[1:]
 
     @pytest.mark.parametrize("command", [name for name in COMMANDS if name != "study"])
-    def test_example(self, ask, ask_installed, command):
+    def test_example(self, ask, ask_installed, command, quick_compiler, monkeypatch):
         """The example of the help text, by the installed command."""
+        monkeypatch.setenv("PATH", str(quick_compiler), prepend=os.pathsep)
         words = self.example(ask, command)
         answer = ask_installed(*words)
         assert (answer.code, answer.err) == (0, "")
