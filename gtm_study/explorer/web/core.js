@@ -124,7 +124,7 @@ class Core {
 
     // The turn rates that are left at speeds over the envelope: of each the intervals between gaps, exact, each end with
     // the limits that hold it.
-    section(condition, envelope, speeds = 49) {
+    section(condition, envelope, speeds) {
         if (!envelope.feasible) return [];
         const asked = this.ask(condition);
         const n = this.facts.unknowns.length;

@@ -30,7 +30,7 @@ worker.onmessage = ({ data }) => {
         isReady = true;
         ask();
     } else if (data.surface) drawSurface(data);
-    else if (data.steps) showSteps(data);
+    else if (data.steps) showRested(data);
     else show(data);
 };
 worker.onerror = ({ message }) => {
@@ -124,7 +124,8 @@ function marginRow(limit) {
     return row;
 }
 
-function showSteps({ steps, condition }) {
+function showRested({ exact, section, steps, condition }) {
+    drawPlane({ exact, section, condition });
     const moves = ({ v_min_kt, v_max_kt }) => (is(v_min_kt) ? [signed(v_min_kt), signed(v_max_kt)] : ["no envelope left", ""]);
     element("steps").tBodies[0].replaceChildren(...steps.map((step) => tableRow([step.words, ...moves(step)])));
     document.body.dataset.steps = JSON.stringify(condition);

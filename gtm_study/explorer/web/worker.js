@@ -3,6 +3,7 @@
 
 let core, facts;
 const KINDS = ["answer", "surface", "steps"]; // the most urgent first
+const MOVING_SPEEDS = 25, RESTING_SPEEDS = 97; // at which the turn rates are solved as sliders move, and when they rest
 const waiting = {};
 let isBusy = false;
 
@@ -47,14 +48,19 @@ function answer() {
     const { condition, sent, surface } = waiting[kind];
     delete waiting[kind];
     const started = performance.now();
-    const found = { surface: () => ({ surface: surfaceOf(surface, condition) }), steps: () => ({ steps: stepsFrom(condition) }), answer: () => answerTo(condition) }[kind]();
+    const found = { surface: () => ({ surface: surfaceOf(surface, condition) }), steps: () => rested(condition), answer: () => answerTo(condition) }[kind]();
     postMessage({ ...found, condition, sent, computed_ms: performance.now() - started });
     setTimeout(answer); // messages that came meanwhile are delivered first
 }
 
+// What there is time for when the sliders rest.
+function rested(condition) {
+    const exact = core.envelope(condition);
+    return { exact, section: core.section(condition, exact, RESTING_SPEEDS), steps: stepsFrom(condition, exact) };
+}
+
 // What a climb, a steeper path or the next degree lost of a control would do to V_min and V_max, by exact solutions.
-function stepsFrom(condition) {
-    const here = core.envelope(condition);
+function stepsFrom(condition, here) {
     if (!here.feasible) return [];
     const changed = [
         { words: "1000 ft higher", altitude_ft: Math.min(condition.altitude_ft + 1000, facts.highest_ft) },
@@ -82,7 +88,7 @@ function answerTo(condition) {
     const exact = core.envelope(condition);
     return {
         exact,
-        section: core.section(condition, exact),
+        section: core.section(condition, exact, MOVING_SPEEDS),
         manoeuvre: core.manoeuvre(condition),
         map: core.mapped(condition),
         network: emulated(condition),
