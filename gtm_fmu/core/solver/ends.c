@@ -207,20 +207,26 @@ static void search_piece(const gtm_problem *p, const double *lower, const double
 
 /* ---- Every piece from many starts ---- */
 
-int gtm_find_end_thoroughly(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
-                            double *y, double *violation, gtm_known_ends *known)
+static void search_pieces(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
+                          finds *f)
 {
     double low[GTM_MOST_UNKNOWNS], high[GTM_MOST_UNKNOWNS], border[MOST_PIECES + 1];
-    const size_t row = sizeof *y * (size_t)p->unknowns;
+    const size_t row = sizeof *low * (size_t)p->unknowns;
     const int pieces = gtm_pieces(p, lower[RUDDER], upper[RUDDER], MOST_PIECES, border);
-    finds f = {.best = nothing};
     memcpy(low, lower, row);
     memcpy(high, upper, row);
     for (int k = 0; k < pieces; k++) {
         low[RUDDER] = border[k];
         high[RUDDER] = border[k + 1];
-        search_piece(p, low, high, objective, &f);
+        search_piece(p, low, high, objective, f);
     }
+}
+
+int gtm_find_end_thoroughly(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
+                            double *y, double *violation, gtm_known_ends *known)
+{
+    finds f = {.best = nothing};
+    search_pieces(p, lower, upper, objective, &f);
     return hand_over(p, &f, y, violation, known);
 }
 
@@ -317,6 +323,14 @@ static int is_plain(const gtm_problem *p, const double *lower, const double *upp
     return lower[V] < upper[V] && gtm_can_look_beyond(p) && !p->aircraft->speeds(p).is_steep;
 }
 
+/* Thrust holds the lowest speed, as near the ceiling: there may be a slower piece of the envelope beyond a gap. */
+static int is_held_by_thrust(const gtm_problem *p, const double *lower, const double *upper, const double *objective,
+                             const double *y)
+{
+    const double near = 1e-3 * p->aircraft->scale[THROTTLE];
+    return objective[V] > 0 && (y[THROTTLE] < lower[THROTTLE] + near || y[THROTTLE] > upper[THROTTLE] - near);
+}
+
 int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper, const double *objective, double *y,
                  double *violation, gtm_known_ends *known)
 {
@@ -337,6 +351,7 @@ int gtm_find_end(const gtm_problem *p, const double *lower, const double *upper,
         const gtm_mesh close = close_mesh(p, lower, upper, f.best.y);
         if (!search_beyond(p, lower, upper, objective, &close, &f)) break;
     }
+    if (is_held_by_thrust(p, lower, upper, objective, f.best.y)) search_pieces(p, lower, upper, objective, &f);
     return hand_over(p, &f, y, violation, known);
 }
 
