@@ -6,16 +6,10 @@ from typing import Any, NamedTuple
 
 from gtm_study.paper import published
 from gtm_study.paper.rudder_sensitivity import AS_IN_THE_PAPER, EXACT
+from gtm_study.paper.sensitivity_findings import SHORT
 from gtm_study.tables import short
 
 Values = Mapping[str, Any]
-
-INPUTS = {
-    "altitude_ft": "altitude",
-    "gamma_deg": "flight-path angle",
-    "rudder_lower_deg": "the rudder's lower limit",
-    "rudder_upper_deg": "the rudder's upper limit",
-}
 
 
 class Findings(NamedTuple):
@@ -74,7 +68,7 @@ def _sensitivity(sensitivity: Values) -> str:
     exact = sensitivity["questions"][AS_IN_THE_PAPER]["answers"][EXACT]["v_max_kt"]["indices"]
     theirs = published.VARIANCE_INDICES["v_max_kt"]
     indices = " and ".join(
-        f"{exact[key]['first']:.2f} for {INPUTS[key]} ({theirs[key]['first']:.2f} there)"
+        f"{exact[key]['first']:.2f} for {SHORT[key]} ({theirs[key]['first']:.2f} there)"
         for key in ("altitude_ft", "gamma_deg")
     )
     return (
@@ -156,8 +150,8 @@ def _effects(found: Values) -> str:
         for output in ("v_min_kt", "v_max_kt")
     }
     return (
-        f"By {found['evaluations']} evaluations of the paper's network {INPUTS[strongest['v_min_kt']]} has the largest "
-        f"elementary effects on V_min, {INPUTS[strongest['v_max_kt']]} on V_max."
+        f"By {found['evaluations']} evaluations of the paper's network {SHORT[strongest['v_min_kt']]} has the largest "
+        f"elementary effects on V_min, {SHORT[strongest['v_max_kt']]} on V_max."
     )
 
 
